@@ -1,0 +1,31 @@
+"""What can be known of a belt drive from its measurements. No ROS, no clock: time is a stamp."""
+
+from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, Condition, Severity
+from belt_ros.estimation.assumptions import Drift, Joint, Prior, SensorLimits, SensorNoise
+from belt_ros.estimation.belt_filter import BeltFilter
+from belt_ros.estimation.estimate import BeltEstimate, Health, Knowledge, Phase, Quantity
+from belt_ros.estimation.measurement import Measurement, Rejection, measurement_from_joints
+from belt_ros.estimation.monitor import BeltMonitor, MonitorOutput
+
+__all__ = [
+    "AlarmSettings",
+    "AlarmStatus",
+    "BeltEstimate",
+    "BeltFilter",
+    "BeltMonitor",
+    "Condition",
+    "Drift",
+    "Health",
+    "Joint",
+    "Knowledge",
+    "Measurement",
+    "MonitorOutput",
+    "Phase",
+    "Prior",
+    "Quantity",
+    "Rejection",
+    "SensorLimits",
+    "SensorNoise",
+    "Severity",
+    "measurement_from_joints",
+]

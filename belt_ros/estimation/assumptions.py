@@ -1,0 +1,111 @@
+"""What is assumed before the first measurement: priors, noise, drift, sensors and their limits.
+
+Each field carries its unit, range and meaning as metadata; settings, node parameters and the
+README's table are all made from these.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+
+def setting(
+    default: Any,
+    meaning: str,
+    unit: str = "",
+    low: float = -math.inf,
+    high: float = math.inf,
+    *,
+    fixed: bool = False,
+) -> Any:
+    """Return a dataclass field with its meaning, unit and range; `fixed`: not while running."""
+    metadata = {"meaning": meaning, "unit": unit, "low": low, "high": high, "fixed": fixed}
+    return field(default=default, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """How one pulley appears in the joint state."""
+
+    name: str = setting("", "name of the joint in joint_states", fixed=True)
+    gear_ratio: float = setting(
+        1.0, "turns of the joint per turn of the pulley", "-", 1e-6, 1e6, fixed=True
+    )
+    sign: float = setting(1.0, "-1 if the joint counts against the belt", "-", -1.0, 1.0, fixed=True)
+    torque_scale: float = setting(
+        1.0, "joint torque per unit of effort, e.g. a motor's N m/A", "N m", -1e9, 1e9, fixed=True
+    )
+    torque_offset: float = setting(0.0, "effort reported at no torque", "-", -1e9, 1e9, fixed=True)
+
+    def pulley_speed(self, velocity: float) -> float:
+        """Pulley speed [rad/s] from the joint's velocity."""
+        return self.sign * velocity / self.gear_ratio
+
+    def pulley_torque(self, effort: float) -> float:
+        """Torque on the pulley from outside [N m] from the joint's effort."""
+        return self.sign * (effort - self.torque_offset) * self.torque_scale * self.gear_ratio
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of the belt before it runs, as a value and a standard deviation."""
+
+    tension: float = setting(
+        400.0, "tension held by the tensioning: mean, or slack, when installed", "N", 1e-3, 1e9
+    )
+    tension_stddev: float = setting(120.0, "its standard deviation", "N", 1e-6, 1e9)
+    friction_stiffness: float = setting(1e8, "kf, median", "N/m2", 1.0, 1e15)
+    friction_stiffness_decades: float = setting(
+        1.0, "standard deviation of log10 kf", "decades", 1e-4, 4.0
+    )
+    friction_coefficient: float = setting(0.5, "mu, belt on pulley", "-", 1e-3, 10.0)
+    friction_coefficient_stddev: float = setting(0.025, "its standard deviation", "-", 1e-6, 10.0)
+    ratio_bias_stddev: float = setting(
+        2e-4, "standard deviation of the error of R1/R2, relative", "-", 1e-9, 0.1
+    )
+    creep_error_stddev: float = setting(
+        0.03, "standard deviation of the model's error in creep, relative", "-", 1e-9, 0.5
+    )
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """Standard deviations of one sample of each sensor."""
+
+    speed_relative: float = setting(1e-4, "speed noise relative to speed", "-", 0.0, 1.0)
+    speed_absolute: float = setting(1e-3, "speed noise, independent of speed", "rad/s", 1e-9, 1e6)
+    torque_relative: float = setting(0.01, "torque noise relative to torque", "-", 0.0, 1.0)
+    torque_absolute: float = setting(0.1, "torque noise, independent of torque", "N m", 1e-9, 1e9)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How fast what is estimated may change by itself: standard deviation after one second."""
+
+    tension: float = setting(0.005, "tension, relative", "1/sqrt(s)", 0.0, 10.0)
+    friction_stiffness: float = setting(0.01, "kf, relative", "1/sqrt(s)", 0.0, 10.0)
+    friction_coefficient: float = setting(0.003, "mu, relative", "1/sqrt(s)", 0.0, 10.0)
+    torque: float = setting(
+        1.0, "outside torques, relative to prior tension times radius", "1/sqrt(s)", 1e-6, 1e3
+    )
+    pull: float = setting(
+        0.02, "effective pull beside its law of motion, relative to prior tension", "1/sqrt(s)",
+        1e-9, 10.0,
+    )
+    creep_error_time: float = setting(
+        60.0, "correlation time of the model's error in creep", "s", 0.1, 1e9
+    )
+
+
+@dataclass(frozen=True)
+class SensorLimits:
+    """What a sensor can possibly say, and when silence is too long."""
+
+    greatest_speed: float = setting(1e4, "greatest credible pulley speed", "rad/s", 1e-3, 1e9)
+    greatest_torque: float = setting(1e6, "greatest credible torque", "N m", 1e-3, 1e12)
+    greatest_gap: float = setting(
+        1.0, "longest gap between samples that is bridged rather than restarted", "s", 1e-3, 1e4
+    )
+    standstill_speed: float = setting(
+        0.02, "rim speed below which the drive counts as standing", "m/s", 1e-9, 1e3
+    )

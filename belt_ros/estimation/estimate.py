@@ -1,0 +1,85 @@
+"""What the estimator says of a drive at one instant, each quantity with its standard deviation."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+from belt_ros.estimation.measurement import Rejection
+
+
+class Phase(IntEnum):
+    """Phase of operation; the numbers are those of belt_msgs/BeltState."""
+
+    UNKNOWN = 0
+    STANDSTILL = 1
+    RUNNING = 2
+    REVERSE = 3
+    REGENERATING = 4
+    GROSS_SLIP = 5
+    LOST = 6
+
+
+class Knowledge(IntEnum):
+    """Whether the data have narrowed a quantity; the numbers are those of belt_msgs/BeltState."""
+
+    UNKNOWN = 0
+    AT_PRIOR = 1
+    LEARNED = 2
+
+
+class Quantity(NamedTuple):
+    """A value and its standard deviation, in the same unit."""
+
+    value: float
+    stddev: float
+
+    def interval(self, sigmas: float = 1.96) -> tuple[float, float]:
+        """Return the lower and upper bound at `sigmas` standard deviations (1.96: 95 %)."""
+        return self.value - sigmas * self.stddev, self.value + sigmas * self.stddev
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """How well measurements fit, and what became of them."""
+
+    innovation_squared: float  # normalised, of the last update [-]
+    degrees_of_freedom: int
+    accepted: int
+    resets: int
+    last_rejection: Rejection
+    rejections: tuple[int, ...]  # by Rejection
+
+
+@dataclass(frozen=True, slots=True)
+class BeltEstimate:
+    """State of the drive at `stamp_ns`; SI units, angles from each pulley's inlet.
+
+    `friction_stiffness` is log-normal: its value is the median, and
+    `friction_stiffness_log_stddev` the standard deviation of ln kf.
+    """
+
+    stamp_ns: int
+    phase: Phase
+    driver_speed: Quantity  # [rad/s]
+    driven_speed: Quantity  # [rad/s]
+    transmitted_torque: Quantity  # [N m] on the driven pulley
+    slip: Quantity  # [-]
+    predicted_creep: Quantity  # [-]
+    excess_slip: Quantity  # [-]
+    accumulated_slip: Quantity  # [m]
+    tight_tension: Quantity  # [N]
+    slack_tension: Quantity  # [N]
+    mean_tension: Quantity  # [N]
+    friction_stiffness: Quantity  # kf [N/m2]
+    friction_stiffness_log_stddev: float  # [-]
+    friction_coefficient: Quantity  # mu [-]
+    ratio_bias: Quantity  # [-]
+    creep_model_error: Quantity  # [-]
+    driven_transition_angle: Quantity  # [rad]
+    driver_transition_angle: Quantity  # [rad]
+    margin: Quantity  # [-]
+    gross_slip_probability: float  # [-]
+    tension_knowledge: Knowledge
+    friction_stiffness_knowledge: Knowledge
+    friction_coefficient_knowledge: Knowledge
+    health: Health

@@ -1,0 +1,32 @@
+"""What a belt drive does: elastic/perfectly-plastic (EPP) friction in equilibrium and in motion.
+
+The source of every equation number in this package is Kim, Leamy and Ferri (2011),
+DOI 10.1115/1.4003796. Nothing here knows of filters, of ROS or of a clock.
+"""
+
+from belt_ros.mechanics.arc import ArcSolution, Role, solve_arc
+from belt_ros.mechanics.drive import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
+from belt_ros.mechanics.equilibrium import (
+    Equilibrium,
+    margin,
+    solve_equilibrium,
+    torque_capacity,
+    torque_from_slip,
+)
+
+__all__ = [
+    "ArcSolution",
+    "Belt",
+    "BeltDrive",
+    "DriveError",
+    "Equilibrium",
+    "Kinematics",
+    "Pulley",
+    "Role",
+    "Tensioning",
+    "margin",
+    "solve_arc",
+    "solve_equilibrium",
+    "torque_capacity",
+    "torque_from_slip",
+]

@@ -1,0 +1,250 @@
+"""Creep of the whole drive: how much slower the receiving pulley runs at a given effective pull.
+
+The power flows from a giving pulley (the driver, unless the load pushes) to a receiving one. On the
+receiving pulley tension rises along the arc from slack to tight span, on the giving pulley it falls
+back. Mass is conserved round the loop, so with the inlet gradients u' of both arcs (Eq. 11)
+
+    (rim speed received)/(rim speed given) = (1 - u_r')/(1 - u_g') * (1 + T_L/EA)/(1 + T_H/EA)
+
+and creep = 1 - that ratio. It rises with the pull, without bound at the capacity; inverted, pull
+is therefore defined and monotone for every creep, gross slip included.
+
+These are the compiled scalar functions that equilibrium, rig and estimator share.
+"""
+
+import math
+from typing import NamedTuple
+
+from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.arc import arc_state
+from belt_ros.mechanics.drive import BeltDrive, Kinematics, Tensioning
+
+_SOLVE_STEPS = 100
+_LARGEST_EXPONENT = 500.0
+_NEAREST_TO_CAPACITY = 1e-12
+
+
+class DriveConstants(NamedTuple):
+    """A `BeltDrive` as plain numbers for compiled code, SI units."""
+
+    axial_stiffness: float
+    mass_per_length: float
+    driven_radius: float
+    driven_wrap: float
+    driven_inertia: float
+    driver_radius: float
+    driver_wrap: float
+    driver_inertia: float
+    friction_ratio: float  # mu of the driver over mu of the driven pulley
+    stiffness_ratio: float  # kf of the driver over kf of the driven pulley
+    span_compliance: float  # change of winding per change of pull, L/(2 EA) [m/N]
+    slack_share: float  # fall of slack tension per rise of pull: 1/2 mean held, 0 slack held
+    exact_strain: bool
+
+
+class Creep(NamedTuple):
+    """Creep at a pull, and the state of both arcs."""
+
+    slip: float  # of the receiving pulley against the giving one [-]
+    slope: float  # d slip / d pull [1/N]
+    receiving_transition: float  # transition angle [rad]
+    giving_transition: float
+    receiving_restick: float  # NaN where there is none
+    receiving_gradient: float  # u'(0) [-]
+    giving_gradient: float
+
+
+def drive_constants(drive: BeltDrive) -> DriveConstants:
+    """Return `drive` in the form that compiled code takes."""
+    return DriveConstants(
+        axial_stiffness=drive.belt.axial_stiffness,
+        mass_per_length=drive.belt.mass_per_length,
+        driven_radius=drive.driven.radius,
+        driven_wrap=drive.driven.wrap_angle,
+        driven_inertia=drive.driven.inertia,
+        driver_radius=drive.driver.radius,
+        driver_wrap=drive.driver.wrap_angle,
+        driver_inertia=drive.driver.inertia,
+        friction_ratio=drive.driver.friction_coefficient / drive.driven.friction_coefficient,
+        stiffness_ratio=drive.driver.friction_stiffness / drive.driven.friction_stiffness,
+        span_compliance=drive.span_length / (2.0 * drive.belt.axial_stiffness),
+        slack_share=0.5 if drive.tensioning is Tensioning.CONSTANT_MEAN else 0.0,
+        exact_strain=drive.kinematics is Kinematics.EXACT,
+    )
+
+
+@compiled
+def pull_capacity(c: DriveConstants, tension: float, mu: float, speed: float) -> float:
+    """Effective pull T_H - T_L [N] at gross slip of the pulley that slips first; 0 if lifted off.
+
+    `tension` [N] is what the tensioning holds, `mu` [-] the driven pulley's, `speed` [m/s].
+    """
+    lift = c.mass_per_length * speed * speed
+    limit = mu * min(c.driven_wrap, c.friction_ratio * c.driver_wrap)
+    growth = math.expm1(min(limit, _LARGEST_EXPONENT))
+    share = 1.0 - lift / c.axial_stiffness
+    if share <= 0.0:
+        return 0.0
+    return max(growth * (tension - lift) / (share + c.slack_share * growth), 0.0)
+
+
+@compiled
+def creep(
+    c: DriveConstants,
+    pull: float,
+    tension: float,
+    mu: float,
+    kf: float,
+    speed: float,
+    driven_receives: bool,
+    passes: int,
+) -> Creep:
+    """Creep at an effective pull.
+
+    Parameters
+    ----------
+    c : DriveConstants
+    pull : float
+        T_H - T_L >= 0 [N].
+    tension : float
+        What the tensioning holds constant, mean or slack tension [N].
+    mu, kf : float
+        Of the driven pulley [-], [N/m2]; the driver's follow by the constants' ratios.
+    speed : float
+        Rim speed of the giving pulley [m/s], >= 0.
+    driven_receives : bool
+        True when power flows from driver to driven pulley.
+    passes : int
+        1 takes belt inertia at rim speed; more iterate it to the belt's own speed at either inlet.
+
+    Returns
+    -------
+    Creep
+        Infinite slip at and beyond the capacity.
+    """
+    if driven_receives:
+        r_radius, r_wrap, r_mu, r_kf = c.driven_radius, c.driven_wrap, mu, kf
+        g_radius, g_wrap = c.driver_radius, c.driver_wrap
+        g_mu, g_kf = mu * c.friction_ratio, kf * c.stiffness_ratio
+    else:
+        g_radius, g_wrap, g_mu, g_kf = c.driven_radius, c.driven_wrap, mu, kf
+        r_radius, r_wrap = c.driver_radius, c.driver_wrap
+        r_mu, r_kf = mu * c.friction_ratio, kf * c.stiffness_ratio
+    ea, m = c.axial_stiffness, c.mass_per_length
+    slack = tension - c.slack_share * pull
+    tight = slack + pull
+    if c.exact_strain:
+        strain = (ea + slack) / (ea + tight)
+        strain_slope = (-c.slack_share - strain * (1.0 - c.slack_share)) / (ea + tight)
+        one_minus_strain = pull / (ea + tight)
+    else:
+        strain = ea / (ea + pull)
+        strain_slope = -strain / (ea + pull)
+        one_minus_strain = pull / (ea + pull)
+    tight_speed = speed
+    slack_speed = speed
+    result = Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
+    for _ in range(passes):
+        k_r = ea - m * slack_speed * slack_speed
+        k_g = ea - m * tight_speed * tight_speed
+        w_r = slack - m * slack_speed * slack_speed
+        w_g = tight - m * tight_speed * tight_speed
+        out_r = w_r + k_r / ea * pull
+        out_g = w_g - k_g / ea * pull
+        if not (k_r > 0.0 and k_g > 0.0 and w_r > 0.0 and out_g > 0.0):
+            return result
+        lambda_r = math.sqrt(r_kf / k_r)
+        lambda_g = math.sqrt(g_kf / k_g)
+        arc_r = arc_state(
+            math.log1p(k_r / ea * pull / w_r),
+            r_mu / (r_radius * lambda_r),
+            lambda_r * r_radius * r_wrap,
+            1,
+        )
+        arc_g = arc_state(
+            math.log1p(k_g / ea * pull / out_g),
+            g_mu / (g_radius * lambda_g),
+            lambda_g * g_radius * g_wrap,
+            -1,
+        )
+        u_r = arc_r.gradient * w_r / k_r
+        u_g = -arc_g.gradient * w_g / k_g
+        if not (math.isfinite(u_r) and math.isfinite(u_g)):
+            return result
+        if u_r <= 1.0:
+            drag = 1.0 / (1.0 - u_g)
+            slip = (u_r * strain - u_g + one_minus_strain) * drag
+        else:
+            # The receiving pulley is pushed backwards. Only its own sliding counts from here on,
+            # which keeps slip rising with the pull.
+            drag = 1.0
+            slip = 1.0 + (u_r - 1.0) * strain
+        rise_r = (k_r / ea - c.slack_share) / out_r + c.slack_share / w_r
+        rise_g = (1.0 - c.slack_share) / w_g - (1.0 - c.slack_share - k_g / ea) / out_g
+        du_r = (arc_r.slope * rise_r * w_r - arc_r.gradient * c.slack_share) / k_r
+        slope = (du_r * strain - (1.0 - u_r) * strain_slope) * drag
+        if u_r <= 1.0:
+            fall_g = (arc_g.slope * rise_g * w_g + arc_g.gradient * (1.0 - c.slack_share)) / k_g
+            slope += (1.0 - u_r) * strain * drag * drag * fall_g
+        result = Creep(
+            slip,
+            slope,
+            min(arc_r.transition / (lambda_r * r_radius), r_wrap),
+            min(arc_g.transition / (lambda_g * g_radius), g_wrap),
+            arc_r.restick / (lambda_r * r_radius),
+            u_r,
+            u_g,
+        )
+        # A giving pulley in gross slip no longer carries the belt along; where the belt's speed
+        # then settles is a matter of motion, not of equilibrium.
+        before = tight_speed
+        tight_speed = speed / (1.0 - max(u_g, -0.1))
+        slack_speed = tight_speed * strain
+        if m == 0.0 or abs(tight_speed - before) <= 1e-15 * speed:
+            break
+    return result
+
+
+@compiled
+def pull_at_creep(
+    c: DriveConstants,
+    weight: float,
+    load: float,
+    start: float,
+    tension: float,
+    mu: float,
+    kf: float,
+    speed: float,
+    driven_receives: bool,
+    passes: int,
+) -> float:
+    """Pull [N] in [0, capacity) at which weight * pull + slip(pull) = load.
+
+    With weight 0 it inverts creep: the pull at slip `load`. With weight > 0 it is one implicit
+    step of the spans' motion. The left side rises monotonically, so there is one root; Newton
+    iteration from `start`, kept between bounds that close in on the capacity geometrically.
+    """
+    if not load > 0.0:
+        return 0.0
+    capacity = pull_capacity(c, tension, mu, speed if passes == 1 else speed / 1.1)
+    low = 0.0
+    high = capacity * (1.0 - _NEAREST_TO_CAPACITY)
+    if weight > 0.0:
+        high = min(high, load / weight)
+    if not high > 0.0:
+        return 0.0
+    x = min(max(start, 0.0), high)
+    for _ in range(_SOLVE_STEPS):
+        state = creep(c, x, tension, mu, kf, speed, driven_receives, passes)
+        error = weight * x + state.slip - load
+        if error > 0.0:
+            high = x
+        else:
+            low = x
+        candidate = x - error / (weight + state.slope)
+        if not (low <= candidate <= high):
+            candidate = capacity - math.sqrt((capacity - low) * (capacity - high))
+        if abs(candidate - x) <= 2e-16 * capacity or high - low <= 2e-16 * capacity:
+            return min(max(candidate, low), high)
+        x = candidate
+    return x

@@ -1,0 +1,125 @@
+"""The drive in motion: two inertias, elastic spans, and creep that relaxes the spans' wind-up.
+
+With the rim speeds v1 = R1 omega1 and v2 = R2 omega2, the pull F = T_H - T_L (positive when it turns
+the driven pulley forward) and the torques tau from outside,
+
+    J1 omega1' = tau1 + R1 F
+    J2 omega2' = tau2 - R2 F
+    (L / 2 EA) F' = v2 - v1 - v_max creep(F),      v_max = max(|v1|, |v2|)
+
+The last line is the mass balance of the two free spans: what the driver takes in and the driven
+pulley does not give out winds the tight span up, and creep unwinds it. It contains the equilibrium
+(F' = 0), gross slip (creep is unbounded at the capacity, so F saturates there while the pulleys part
+company), standstill (no creep) and reversal of torque and of rotation, in one smooth law. Belt
+inertia is taken at the driver's rim speed.
+"""
+
+from typing import NamedTuple
+
+from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.creep import DriveConstants, creep, pull_at_creep, pull_capacity
+
+_BELOW_CAPACITY = 1.0 - 1e-9
+_LARGEST_CREEP_LOAD = 0.98
+
+
+class Motion(NamedTuple):
+    """Speeds of both pulleys and the effective pull."""
+
+    driver_speed: float  # omega2 [rad/s]
+    driven_speed: float  # omega1 [rad/s]
+    pull: float  # F [N], signed
+
+
+class Condition(NamedTuple):
+    """What a step takes as constant: the belt's condition and the torques from outside."""
+
+    driver_torque: float  # [N m]
+    driven_torque: float  # [N m]
+    tension: float  # held by the tensioning [N]
+    friction: float  # mu of the driven pulley [-]
+    stiffness: float  # kf of the driven pulley [N/m2]
+    ratio_bias: float  # relative error of R1/R2 [-]
+    creep_error: float  # relative error of the predicted creep [-]
+
+
+@compiled
+def rim_speed(c: DriveConstants, state: Motion, condition: Condition) -> tuple[float, float]:
+    """Rim speeds (driver, driven) [m/s]."""
+    driven_radius = c.driven_radius * (1.0 + condition.ratio_bias)
+    return c.driver_radius * state.driver_speed, driven_radius * state.driven_speed
+
+
+@compiled
+def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> float:
+    """Steady slip 1 - v1/v2 [-] that belongs to the present pull.
+
+    Above 98 % of the capacity it is that of 98 %: sliding beyond that is failure, not creep.
+    """
+    v2, v1 = rim_speed(c, state, condition)
+    fastest = max(abs(v1), abs(v2))
+    turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
+    along = turning * state.pull
+    capacity = pull_capacity(c, condition.tension, condition.friction, abs(v2))
+    pull = min(abs(along), _LARGEST_CREEP_LOAD * capacity)
+    steady = creep(
+        c,
+        pull,
+        condition.tension,
+        condition.friction,
+        condition.stiffness,
+        abs(v2),
+        along >= 0.0,
+        1,
+    )
+    slip = min(steady.slip * (1.0 + condition.creep_error), 0.9)
+    return slip if along >= 0.0 else slip / (slip - 1.0)
+
+
+@compiled
+def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Motion:
+    """Advance by `dt` [s] with one implicit (backward Euler) step, stable for any `dt`.
+
+    A step longer than the torsional period does not resolve that oscillation but damps it; what
+    remains is the quasi-steady motion. Speeds in the creep term are those at the step's start.
+    """
+    v2, v1 = rim_speed(c, state, condition)
+    fastest = max(abs(v1), abs(v2))
+    turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
+    driven_radius = c.driven_radius * (1.0 + condition.ratio_bias)
+    gain = dt / c.span_compliance
+    inertia = c.driver_radius**2 / c.driver_inertia + driven_radius**2 / c.driven_inertia
+    unloaded = state.pull + gain * (
+        v2
+        - v1
+        + dt * c.driver_radius * condition.driver_torque / c.driver_inertia
+        - dt * driven_radius * condition.driven_torque / c.driven_inertia
+    )
+    along = turning * unloaded
+    stiff = 1.0 + gain * dt * inertia
+    relaxation = gain * fastest * max(1.0 + condition.creep_error, 0.0)
+    limit = _BELOW_CAPACITY * pull_capacity(c, condition.tension, condition.friction, abs(v2))
+    if relaxation <= 1e-12:
+        pull = min(abs(along) / stiff, limit)
+    else:
+        pull = pull_at_creep(
+            c,
+            stiff / relaxation,
+            abs(along) / relaxation,
+            abs(state.pull),
+            condition.tension,
+            condition.friction,
+            condition.stiffness,
+            abs(v2),
+            along >= 0.0,
+            1,
+        )
+        pull = min(pull, limit)
+    signed = turning * (pull if along >= 0.0 else -pull)
+    return Motion(
+        state.driver_speed
+        + dt * (condition.driver_torque - c.driver_radius * signed) / c.driver_inertia,
+        state.driven_speed
+        + dt * (condition.driven_torque + driven_radius * signed) / c.driven_inertia,
+        signed,
+    )

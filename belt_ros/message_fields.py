@@ -1,0 +1,67 @@
+"""Estimates and alarms as flat fields, named as in belt_msgs. Node and replay write the same ones."""
+
+from typing import Any
+
+from belt_ros.estimation import AlarmStatus, BeltEstimate, Quantity
+
+_QUANTITIES = (
+    "driver_speed",
+    "driven_speed",
+    "transmitted_torque",
+    "slip",
+    "predicted_creep",
+    "excess_slip",
+    "accumulated_slip",
+    "tight_tension",
+    "slack_tension",
+    "mean_tension",
+    "friction_stiffness",
+    "friction_coefficient",
+    "ratio_bias",
+    "creep_model_error",
+    "driven_transition_angle",
+    "driver_transition_angle",
+    "margin",
+)
+
+
+def state_fields(drive_name: str, estimate: BeltEstimate) -> dict[str, Any]:
+    """Return the fields of belt_msgs/BeltState, but for its header."""
+    fields: dict[str, Any] = {"drive_name": drive_name, "phase": int(estimate.phase)}
+    for name in _QUANTITIES:
+        quantity: Quantity = getattr(estimate, name)
+        fields[name] = quantity.value
+        fields[f"{name}_stddev"] = quantity.stddev
+    health = estimate.health
+    fields |= {
+        "friction_stiffness_log_stddev": estimate.friction_stiffness_log_stddev,
+        "gross_slip_probability": estimate.gross_slip_probability,
+        "tension_knowledge": int(estimate.tension_knowledge),
+        "friction_stiffness_knowledge": int(estimate.friction_stiffness_knowledge),
+        "friction_coefficient_knowledge": int(estimate.friction_coefficient_knowledge),
+        "normalised_innovation_squared": health.innovation_squared,
+        "innovation_degrees_of_freedom": health.degrees_of_freedom,
+        "accepted_count": health.accepted,
+        "reset_count": health.resets,
+        "last_rejection": int(health.last_rejection),
+        "rejection_counts": list(health.rejections),
+    }
+    return fields
+
+
+def alarm_fields(drive_name: str, status: AlarmStatus) -> dict[str, Any]:
+    """Return the fields of belt_msgs/SlipAlarm, but for its header and times."""
+    return {
+        "drive_name": drive_name,
+        "condition": int(status.condition),
+        "severity": int(status.severity),
+        "latched_severity": int(status.latched_severity),
+        "active": status.active,
+        "acknowledged": status.acknowledged,
+        "margin": status.margin.value,
+        "margin_stddev": status.margin.stddev,
+        "excess_slip": status.excess_slip,
+        "gross_slip_probability": status.gross_slip_probability,
+        "count": status.count,
+        "message": status.message,
+    }

@@ -124,15 +124,27 @@ def _geometry() -> Iterator[Parameter]:
     yield Parameter(
         "belt.axial_stiffness", None, "EA, force per unit strain of the belt", "N", 1.0, 1e12
     )
-    yield Parameter("belt.mass_per_length", 0.0, "m, belt inertia; 0 leaves it out", "kg/m", 0.0, 1e4)
+    yield Parameter(
+        "belt.mass_per_length", 0.0, "m, belt inertia; 0 leaves it out", "kg/m", 0.0, 1e4
+    )
     for pulley in ("driver", "driven"):
         for name, meaning, unit, low, high in _PULLEY:
             yield Parameter(f"{pulley}.{name}", None, meaning, unit, low, high)
     yield Parameter(
-        "driver.friction_ratio", 1.0, "mu of the driver over mu of the driven pulley", "-", 1e-3, 1e3
+        "driver.friction_ratio",
+        1.0,
+        "mu of the driver over mu of the driven pulley",
+        "-",
+        1e-3,
+        1e3,
     )
     yield Parameter(
-        "driver.stiffness_ratio", 1.0, "kf of the driver over kf of the driven pulley", "-", 1e-6, 1e6
+        "driver.stiffness_ratio",
+        1.0,
+        "kf of the driver over kf of the driven pulley",
+        "-",
+        1e-6,
+        1e6,
     )
     yield Parameter("span_length", None, "free length of one belt span", "m", 1e-4, 1e5)
     yield Parameter(
@@ -216,7 +228,9 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
 
 
 def _group(name: str, kind: type, values: Mapping[str, Any]) -> Any:
-    arguments = {field.name: values.get(f"{name}.{field.name}") for field in dataclasses.fields(kind)}
+    arguments = {
+        field.name: values.get(f"{name}.{field.name}") for field in dataclasses.fields(kind)
+    }
     if kind is Joint:
         arguments["name"] = values[f"{name}.joint"]
         if abs(arguments["sign"]) != 1.0:

@@ -31,7 +31,9 @@ class Joint:
     gear_ratio: float = setting(
         1.0, "turns of the joint per turn of the pulley", "-", 1e-6, 1e6, fixed=True
     )
-    sign: float = setting(1.0, "-1 if the joint counts against the belt", "-", -1.0, 1.0, fixed=True)
+    sign: float = setting(
+        1.0, "-1 if the joint counts against the belt", "-", -1.0, 1.0, fixed=True
+    )
     torque_scale: float = setting(
         1.0, "joint torque per unit of effort, e.g. a motor's N m/A", "N m", -1e9, 1e9, fixed=True
     )
@@ -89,8 +91,11 @@ class Drift:
         1.0, "outside torques, relative to prior tension times radius", "1/sqrt(s)", 1e-6, 1e3
     )
     pull: float = setting(
-        0.02, "effective pull beside its law of motion, relative to prior tension", "1/sqrt(s)",
-        1e-9, 10.0,
+        0.02,
+        "effective pull beside its law of motion, relative to prior tension",
+        "1/sqrt(s)",
+        1e-9,
+        10.0,
     )
     creep_error_time: float = setting(
         60.0, "correlation time of the model's error in creep", "s", 0.1, 1e9

@@ -61,9 +61,7 @@ class BeltMonitor:
         self.name = name
         self.limits = limits or SensorLimits()
         self.alarm = SlipAlarm(name, alarm or AlarmSettings())
-        self._filter = BeltFilter(
-            drive, prior or Prior(), noise or SensorNoise(), drift or Drift()
-        )
+        self._filter = BeltFilter(drive, prior or Prior(), noise or SensorNoise(), drift or Drift())
         self._driver_radius = drive.driver.radius
         self._driven_radius = drive.driven.radius
         self._resets = 0
@@ -105,6 +103,15 @@ class BeltMonitor:
         self._begin()
         self.alarm.reset()
 
+    def retune(
+        self, noise: SensorNoise, drift: Drift, limits: SensorLimits, alarm: AlarmSettings
+    ) -> None:
+        """Go on with other noise, drift, limits and alarm thresholds, keeping all that is known."""
+        self._filter.noise = noise
+        self._filter.drift = drift
+        self.limits = limits
+        self.alarm.settings = alarm
+
     def acknowledge(self) -> AlarmStatus | None:
         """Release the alarm's latch; return its status, None before the first estimate."""
         return None if self._estimate is None else self.alarm.acknowledge(self._estimate)
@@ -128,9 +135,7 @@ class BeltMonitor:
                 return self.reject(reason)
         self._accepted += 1
         self._estimate = self._describe(measurement.stamp_ns)
-        return MonitorOutput(
-            Rejection.NONE, self._estimate, self.alarm.update(self._estimate)
-        )
+        return MonitorOutput(Rejection.NONE, self._estimate, self.alarm.update(self._estimate))
 
     def _advance(self, measurement: Measurement) -> Rejection:
         """Move the filter to `measurement` and take it in, if its stamp and value allow."""

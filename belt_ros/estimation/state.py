@@ -1,8 +1,9 @@
 """The estimator's state vector, its law of motion and what can be read off it, compiled.
 
-Ten numbers: what moves (speeds, pull, torques from outside), what the belt is (logarithms of
+Eleven numbers: what moves (speeds, pull, torques from outside), what the belt is (logarithms of
 tension, kf and mu, which are positive and may be uncertain by decades), and how far the model may
-be trusted (radius-ratio bias, relative error of the predicted creep).
+be trusted (radius-ratio bias, relative error of the predicted creep, and slip beside it while creep
+develops on the arcs after a change of load).
 
 The transmitted pull is a state of its own, so torque is linear in it, and all sensors read states
 directly. What the belt is shows only through the creep that unwinds the spans.
@@ -15,8 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import DriveConstants, creep, pull_capacity
-from belt_ros.mechanics.motion import Condition, Motion, predicted_slip, rim_speed, step_motion
+from belt_ros.mechanics.creep import DriveConstants, pull_capacity
+from belt_ros.mechanics.motion import (
+    Condition,
+    Motion,
+    rim_speed,
+    slip_of_creep,
+    steady_creep,
+    step_motion,
+)
 
 _Floats = NDArray[np.float64]
 
@@ -34,6 +42,7 @@ class Index(IntEnum):
     LOG_FRICTION = 7  # ln mu
     RATIO_BIAS = 8  # [-]
     CREEP_ERROR = 9  # [-]
+    UNDEVELOPED = 10  # [-]
 
 
 class Reading(IntEnum):
@@ -72,12 +81,15 @@ def _condition(row: _Floats) -> Condition:
         _bounded_exp(row[6]),
         min(max(row[8], -0.5), 0.5),
         min(max(row[9], -0.9), 10.0),
+        min(max(row[10], -2.0), 2.0),
     )
 
 
 @compiled
-def propagate(c: DriveConstants, states: _Floats, error_memory: float, dt: float) -> _Floats:
-    """Advance rows of states by `dt` [s]; `error_memory` is the creep error's decay over it."""
+def propagate(
+    c: DriveConstants, states: _Floats, error_memory: float, arc_memory: float, dt: float
+) -> _Floats:
+    """Advance rows of states by `dt` [s], over which the two slip errors fade by the memories."""
     out = states.copy()
     for i in range(states.shape[0]):
         row = states[i]
@@ -86,6 +98,7 @@ def propagate(c: DriveConstants, states: _Floats, error_memory: float, dt: float
         out[i, 1] = moved.driven_speed
         out[i, 2] = moved.pull
         out[i, 9] = row[9] * error_memory
+        out[i, 10] = row[10] * arc_memory
     return out
 
 
@@ -103,18 +116,8 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
         capacity = pull_capacity(c, condition.tension, condition.friction, abs(v2))
         slack = condition.tension - c.slack_share * pull
         slip = (v2 - v1) / base
-        steady = predicted_slip(c, motion, condition)
-        forward = motion.pull * base >= 0.0
-        arcs = creep(
-            c,
-            min(pull, capacity * (1.0 - 1e-9)),
-            condition.tension,
-            condition.friction,
-            condition.stiffness,
-            abs(v2),
-            forward,
-            1,
-        )
+        arcs, forward = steady_creep(c, motion, condition)
+        steady = slip_of_creep(arcs, forward, condition.creep_error)
         receiving, giving = arcs.receiving_transition, arcs.giving_transition
         out[i, 0] = motion.pull * c.driven_radius
         out[i, 1] = slip

@@ -9,9 +9,10 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import config
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,10 +31,9 @@ _CACHE_DIRECTORY = _cache_directory()
 
 def compiled(function: Function) -> Function:
     """Compile `function` to machine code on first call; cached on disk, releases the GIL."""
-    before = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = _CACHE_DIRECTORY
+    before = config.CACHE_DIR
+    config.CACHE_DIR = _CACHE_DIRECTORY
     try:
-        jit: Function = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+        return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
     finally:
-        numba.config.CACHE_DIR = before
-    return jit
+        config.CACHE_DIR = before

@@ -83,7 +83,7 @@ def _gradient_at_transition(x: float, a: float, role: int) -> float:
 
 @compiled
 def _gradient_log_slope(x: float, a: float, role: int) -> float:
-    """d ln D / dx of `_gradient_at_transition`."""
+    """D ln D / dx of `_gradient_at_transition`."""
     e = math.exp(-x)
     one_minus_e = -math.expm1(-x)
     numerator = 1.0 + e * e - role * a * one_minus_e * (1.0 + e)
@@ -98,7 +98,7 @@ def _two_zone_traction(x: float, a: float, wrap: float, role: int) -> float:
 
 @compiled
 def _two_zone_slope(x: float, a: float, role: int) -> float:
-    """Derivative of `_two_zone_traction` in x; negative wherever the two zones are admissible."""
+    """Return the derivative of `_two_zone_traction` in x; negative where two zones can be."""
     t = math.tanh(0.5 * x)
     return -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / (1.0 - role * a * t)
 

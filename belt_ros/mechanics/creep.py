@@ -16,7 +16,7 @@ import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.arc import arc_state
+from belt_ros.mechanics.arc import ArcState, arc_state
 from belt_ros.mechanics.drive import BeltDrive, Kinematics, Tensioning
 
 _SOLVE_STEPS = 100
@@ -88,6 +88,58 @@ def pull_capacity(c: DriveConstants, tension: float, mu: float, speed: float) ->
     return max(growth * (tension - lift) / (share + c.slack_share * growth), 0.0)
 
 
+class _Contact(NamedTuple):
+    """One pulley's contact with the belt."""
+
+    radius: float
+    wrap: float
+    friction: float
+    stiffness: float
+
+
+class _Strain(NamedTuple):
+    """Ratio (1 + T_L/EA)/(1 + T_H/EA), one minus it, and its slope in the pull [1/N]."""
+
+    ratio: float
+    deficit: float
+    slope: float
+
+
+@compiled
+def _contacts(c: DriveConstants, mu: float, kf: float) -> tuple[_Contact, _Contact]:
+    """Return the driven and the driver pulley's contact."""
+    driven = _Contact(c.driven_radius, c.driven_wrap, mu, kf)
+    return driven, _Contact(
+        c.driver_radius, c.driver_wrap, mu * c.friction_ratio, kf * c.stiffness_ratio
+    )
+
+
+@compiled
+def _strain(c: DriveConstants, pull: float, slack: float) -> _Strain:
+    """Return how strain slows the belt from tight to slack span."""
+    ea = c.axial_stiffness
+    if not c.exact_strain:
+        ratio = ea / (ea + pull)
+        return _Strain(ratio, pull / (ea + pull), -ratio / (ea + pull))
+    tight = ea + slack + pull
+    ratio = (ea + slack) / tight
+    slope = (-c.slack_share - ratio * (1.0 - c.slack_share)) / tight
+    return _Strain(ratio, pull / tight, slope)
+
+
+@compiled
+def _scaled_arc(contact: _Contact, stiffness: float, ratio: float, role: int) -> ArcState:
+    """Solve the arc whose effective tensions differ by a factor 1 + `ratio`; angles in rad."""
+    stretch = math.sqrt(contact.stiffness / stiffness) * contact.radius
+    state = arc_state(math.log1p(ratio), contact.friction / stretch, stretch * contact.wrap, role)
+    return ArcState(
+        state.gradient,
+        state.slope,
+        min(state.transition / stretch, contact.wrap),
+        state.restick / stretch,
+    )
+
+
 @compiled
 def creep(
     c: DriveConstants,
@@ -122,25 +174,12 @@ def creep(
     Creep
         Infinite slip at and beyond the capacity.
     """
-    if driven_receives:
-        r_radius, r_wrap, r_mu, r_kf = c.driven_radius, c.driven_wrap, mu, kf
-        g_radius, g_wrap = c.driver_radius, c.driver_wrap
-        g_mu, g_kf = mu * c.friction_ratio, kf * c.stiffness_ratio
-    else:
-        g_radius, g_wrap, g_mu, g_kf = c.driven_radius, c.driven_wrap, mu, kf
-        r_radius, r_wrap = c.driver_radius, c.driver_wrap
-        r_mu, r_kf = mu * c.friction_ratio, kf * c.stiffness_ratio
-    ea, m = c.axial_stiffness, c.mass_per_length
-    slack = tension - c.slack_share * pull
+    driven, driver = _contacts(c, mu, kf)
+    receiving, giving = (driven, driver) if driven_receives else (driver, driven)
+    ea, m, fall = c.axial_stiffness, c.mass_per_length, c.slack_share
+    slack = tension - fall * pull
     tight = slack + pull
-    if c.exact_strain:
-        strain = (ea + slack) / (ea + tight)
-        strain_slope = (-c.slack_share - strain * (1.0 - c.slack_share)) / (ea + tight)
-        one_minus_strain = pull / (ea + tight)
-    else:
-        strain = ea / (ea + pull)
-        strain_slope = -strain / (ea + pull)
-        one_minus_strain = pull / (ea + pull)
+    strain = _strain(c, pull, slack)
     tight_speed = speed
     slack_speed = speed
     result = Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
@@ -153,53 +192,32 @@ def creep(
         out_g = w_g - k_g / ea * pull
         if not (k_r > 0.0 and k_g > 0.0 and w_r > 0.0 and out_g > 0.0):
             return result
-        lambda_r = math.sqrt(r_kf / k_r)
-        lambda_g = math.sqrt(g_kf / k_g)
-        arc_r = arc_state(
-            math.log1p(k_r / ea * pull / w_r),
-            r_mu / (r_radius * lambda_r),
-            lambda_r * r_radius * r_wrap,
-            1,
-        )
-        arc_g = arc_state(
-            math.log1p(k_g / ea * pull / out_g),
-            g_mu / (g_radius * lambda_g),
-            lambda_g * g_radius * g_wrap,
-            -1,
-        )
+        arc_r = _scaled_arc(receiving, k_r, k_r / ea * pull / w_r, 1)
+        arc_g = _scaled_arc(giving, k_g, k_g / ea * pull / out_g, -1)
         u_r = arc_r.gradient * w_r / k_r
         u_g = -arc_g.gradient * w_g / k_g
         if not (math.isfinite(u_r) and math.isfinite(u_g)):
             return result
+        rise_r = (k_r / ea - fall) / out_r + fall / w_r
+        rise_g = (1.0 - fall) / w_g - (1.0 - fall - k_g / ea) / out_g
+        du_r = (arc_r.slope * rise_r * w_r - arc_r.gradient * fall) / k_r
         if u_r <= 1.0:
             drag = 1.0 / (1.0 - u_g)
-            slip = (u_r * strain - u_g + one_minus_strain) * drag
+            slip = (u_r * strain.ratio - u_g + strain.deficit) * drag
+            slope = (du_r * strain.ratio - (1.0 - u_r) * strain.slope) * drag
+            du_g = (arc_g.slope * rise_g * w_g + arc_g.gradient * (1.0 - fall)) / k_g
+            slope += (1.0 - u_r) * strain.ratio * drag * drag * du_g
         else:
             # The receiving pulley is pushed backwards. Only its own sliding counts from here on,
             # which keeps slip rising with the pull.
-            drag = 1.0
-            slip = 1.0 + (u_r - 1.0) * strain
-        rise_r = (k_r / ea - c.slack_share) / out_r + c.slack_share / w_r
-        rise_g = (1.0 - c.slack_share) / w_g - (1.0 - c.slack_share - k_g / ea) / out_g
-        du_r = (arc_r.slope * rise_r * w_r - arc_r.gradient * c.slack_share) / k_r
-        slope = (du_r * strain - (1.0 - u_r) * strain_slope) * drag
-        if u_r <= 1.0:
-            fall_g = (arc_g.slope * rise_g * w_g + arc_g.gradient * (1.0 - c.slack_share)) / k_g
-            slope += (1.0 - u_r) * strain * drag * drag * fall_g
-        result = Creep(
-            slip,
-            slope,
-            min(arc_r.transition / (lambda_r * r_radius), r_wrap),
-            min(arc_g.transition / (lambda_g * g_radius), g_wrap),
-            arc_r.restick / (lambda_r * r_radius),
-            u_r,
-            u_g,
-        )
+            slip = 1.0 + (u_r - 1.0) * strain.ratio
+            slope = du_r * strain.ratio + (u_r - 1.0) * strain.slope
+        result = Creep(slip, slope, arc_r.transition, arc_g.transition, arc_r.restick, u_r, u_g)
         # A giving pulley in gross slip no longer carries the belt along; where the belt's speed
         # then settles is a matter of motion, not of equilibrium.
         before = tight_speed
         tight_speed = speed / (1.0 - max(u_g, -0.1))
-        slack_speed = tight_speed * strain
+        slack_speed = tight_speed * strain.ratio
         if m == 0.0 or abs(tight_speed - before) <= 1e-15 * speed:
             break
     return result
@@ -233,6 +251,8 @@ def pull_at_creep(
         high = min(high, load / weight)
     if not high > 0.0:
         return 0.0
+    # A Newton step doubles the digits: a step this small leaves an error of its square.
+    enough = (2e-16 if weight == 0.0 else 1e-10) * capacity
     x = min(max(start, 0.0), high)
     for _ in range(_SOLVE_STEPS):
         state = creep(c, x, tension, mu, kf, speed, driven_receives, passes)
@@ -244,7 +264,7 @@ def pull_at_creep(
         candidate = x - error / (weight + state.slope)
         if not (low <= candidate <= high):
             candidate = capacity - math.sqrt((capacity - low) * (capacity - high))
-        if abs(candidate - x) <= 2e-16 * capacity or high - low <= 2e-16 * capacity:
+        if abs(candidate - x) <= enough or high - low <= 2e-16 * capacity:
             return min(max(candidate, low), high)
         x = candidate
     return x

@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class DriveError(ValueError):
-    """A drive, or a state asked of it, that cannot exist; the message says which limit is broken."""
+    """A drive, or a state asked of it, that cannot exist; the message names the broken limit."""
 
 
 class Kinematics(Enum):

@@ -17,7 +17,13 @@ inertia is taken at the driver's rim speed.
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import DriveConstants, creep, pull_at_creep, pull_capacity
+from belt_ros.mechanics.creep import (
+    Creep,
+    DriveConstants,
+    creep,
+    pull_at_creep,
+    pull_capacity,
+)
 
 _BELOW_CAPACITY = 1.0 - 1e-9
 _LARGEST_CREEP_LOAD = 0.98
@@ -41,6 +47,9 @@ class Condition(NamedTuple):
     stiffness: float  # kf of the driven pulley [N/m2]
     ratio_bias: float  # relative error of R1/R2 [-]
     creep_error: float  # relative error of the predicted creep [-]
+    undeveloped: float = (
+        0.0  # slip beside that of equilibrium, while creep develops on the arcs [-]
+    )
 
 
 @compiled
@@ -51,20 +60,18 @@ def rim_speed(c: DriveConstants, state: Motion, condition: Condition) -> tuple[f
 
 
 @compiled
-def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> float:
-    """Steady slip 1 - v1/v2 [-] that belongs to the present pull.
+def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tuple[Creep, bool]:
+    """Creep that belongs to the present pull, and whether the driven pulley receives the power.
 
     Above 98 % of the capacity it is that of 98 %: sliding beyond that is failure, not creep.
     """
     v2, v1 = rim_speed(c, state, condition)
-    fastest = max(abs(v1), abs(v2))
     turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
     along = turning * state.pull
     capacity = pull_capacity(c, condition.tension, condition.friction, abs(v2))
-    pull = min(abs(along), _LARGEST_CREEP_LOAD * capacity)
     steady = creep(
         c,
-        pull,
+        min(abs(along), _LARGEST_CREEP_LOAD * capacity),
         condition.tension,
         condition.friction,
         condition.stiffness,
@@ -72,8 +79,21 @@ def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> fl
         along >= 0.0,
         1,
     )
-    slip = min(steady.slip * (1.0 + condition.creep_error), 0.9)
-    return slip if along >= 0.0 else slip / (slip - 1.0)
+    return steady, along >= 0.0
+
+
+@compiled
+def slip_of_creep(steady: Creep, driven_receives: bool, creep_error: float) -> float:
+    """Slip 1 - v1/v2 [-] that a creep, wrong by `creep_error`, amounts to."""
+    slip = min(steady.slip * (1.0 + creep_error), 0.9)
+    return slip if driven_receives else slip / (slip - 1.0)
+
+
+@compiled
+def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> float:
+    """Steady slip 1 - v1/v2 [-] that belongs to the present pull, see `steady_creep`."""
+    steady, driven_receives = steady_creep(c, state, condition)
+    return slip_of_creep(steady, driven_receives, condition.creep_error)
 
 
 @compiled
@@ -86,14 +106,14 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
     v2, v1 = rim_speed(c, state, condition)
     fastest = max(abs(v1), abs(v2))
     turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
-    driven_radius = c.driven_radius * (1.0 + condition.ratio_bias)
     gain = dt / c.span_compliance
-    inertia = c.driver_radius**2 / c.driver_inertia + driven_radius**2 / c.driven_inertia
+    inertia = c.driver_radius**2 / c.driver_inertia + c.driven_radius**2 / c.driven_inertia
     unloaded = state.pull + gain * (
         v2
         - v1
+        - fastest * condition.undeveloped
         + dt * c.driver_radius * condition.driver_torque / c.driver_inertia
-        - dt * driven_radius * condition.driven_torque / c.driven_inertia
+        - dt * c.driven_radius * condition.driven_torque / c.driven_inertia
     )
     along = turning * unloaded
     stiff = 1.0 + gain * dt * inertia
@@ -120,6 +140,6 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
         state.driver_speed
         + dt * (condition.driver_torque - c.driver_radius * signed) / c.driver_inertia,
         state.driven_speed
-        + dt * (condition.driven_torque + driven_radius * signed) / c.driven_inertia,
+        + dt * (condition.driven_torque + c.driven_radius * signed) / c.driven_inertia,
         signed,
     )

@@ -1,0 +1,204 @@
+"""The `belt` command. What a command needs is imported when it runs, so that help comes at once."""
+
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import belt_ros
+
+if TYPE_CHECKING:
+    from belt_ros.replay.run import Progress
+
+_PATIENCE = 2.0  # [s] before a progress bar is worth its place
+_PASS_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+app = typer.Typer(
+    name="belt",
+    help="Know the state of a belt drive: slip, tensions, friction and margin, live or from bags.",
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+)
+
+Config = Annotated[
+    Path, typer.Option("--config", "-c", help="YAML that describes the drive; see config/.")
+]
+OptionalConfig = Annotated[
+    Path | None, typer.Option("--config", "-c", help="YAML that describes the drive; see config/.")
+]
+
+
+@contextmanager
+def _errors_in_one_line() -> Iterator[None]:
+    """Report what the user can mend as one red line, without traceback, and exit with 1."""
+    from belt_ros.mechanics import DriveError  # noqa: PLC0415
+    from belt_ros.replay.errors import BagError  # noqa: PLC0415
+    from belt_ros.replay.results import ResultsError  # noqa: PLC0415
+    from belt_ros.settings import SettingsError  # noqa: PLC0415
+
+    try:
+        yield
+    except (BagError, DriveError, ResultsError, SettingsError, OSError) as error:
+        typer.secho(" ".join(str(error).split()), fg=typer.colors.RED, err=True)
+        raise typer.Exit(1) from error
+
+
+@contextmanager
+def _progress_bar(*, quiet: bool) -> Iterator["Progress | None"]:
+    """Yield what `replay` reports to; a bar appears on a terminal once it takes long."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn  # noqa: PLC0415
+
+    bar = Progress(
+        *Progress.get_default_columns()[:2],
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    task = bar.add_task("replaying", total=None)
+    late = threading.Timer(_PATIENCE, bar.start)
+    late.daemon = True
+    late.start()
+    try:
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+    finally:
+        late.cancel()
+        late.join()
+        bar.stop()
+
+
+def _print_version(*, wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"belt {belt_ros.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _version: Annotated[
+        bool,
+        typer.Option(
+            "--version",
+            callback=lambda wanted: _print_version(wanted=wanted),
+            is_eager=True,
+            help="Print the version and exit.",
+        ),
+    ] = False,
+) -> None:
+    """Take the options that come before any command."""
+
+
+@app.command(epilog="Example: belt replay my_bag --config config/paper_drive.yaml --out results")
+def replay(
+    bag: Annotated[Path, typer.Argument(help="rosbag2 directory, .mcap or .db3 file.")],
+    config: Config,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Result directory.  [default: ./<bag>_belt]"),
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(help="Topic of the joint states, where there are several.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Estimate a drive's state from a bag: a bag of estimates, a Parquet table, a summary."""
+    with _errors_in_one_line():
+        from belt_ros import replay as replaying  # noqa: PLC0415
+        from belt_ros.settings import load_settings  # noqa: PLC0415
+
+        settings = load_settings(config)
+        place = out or Path(f"{bag.resolve().stem}_belt")
+        with _progress_bar(quiet=quiet) as progress:
+            summary = replaying.replay(
+                bag, settings, place, topic=topic, replace=force, progress=progress
+            )
+    if not quiet:
+        from belt_ros.replay.report import print_summary  # noqa: PLC0415
+
+        print_summary(summary, place)
+
+
+@app.command(epilog="Example: belt check config/paper_drive.yaml")
+def check(
+    config: Annotated[Path, typer.Argument(help="YAML that describes the drive.")],
+) -> None:
+    """Check a drive's YAML, and say what the mechanics makes of it."""
+    with _errors_in_one_line():
+        from belt_ros.rating import print_rating, rate  # noqa: PLC0415
+        from belt_ros.settings import load_settings  # noqa: PLC0415
+
+        settings = load_settings(config)
+        print_rating(settings, rate(settings))
+
+
+@app.command(epilog="Example: belt parameters --markdown > parameters.md")
+def parameters(
+    markdown: Annotated[bool, typer.Option("--markdown", help="As a Markdown table.")] = False,
+) -> None:
+    """List the parameters of a drive's YAML: unit, default, range and meaning."""
+    from belt_ros.parameter_table import markdown_table, terminal_table  # noqa: PLC0415
+
+    if markdown:
+        typer.echo(markdown_table())
+        return
+    from rich.console import Console  # noqa: PLC0415
+
+    Console().print(terminal_table())
+
+
+@app.command(epilog="Example: belt demo    (or with your own: --bag my_bag --config drive.yaml)")
+def demo(
+    bag: Annotated[Path | None, typer.Option(help="A bag of yours, instead of the rig.")] = None,
+    config: OptionalConfig = None,
+) -> None:
+    """Show it all at work: rig or bag, live node, alarms and results."""
+    with _errors_in_one_line():
+        from belt_ros.demo.main import run  # noqa: PLC0415
+
+        code = run(bag, config)
+    raise typer.Exit(code)
+
+
+@app.command(
+    context_settings=_PASS_ON,
+    epilog="Example: belt node --ros-args --params-file config/paper_drive.yaml",
+)
+def node(context: typer.Context) -> None:
+    """Run the live ROS 2 node; everything after `node` goes to it."""
+    _need_ros()
+    from belt_ros.node.main import main as run_node  # noqa: PLC0415
+
+    run_node(context.args)
+
+
+def _need_ros() -> None:
+    """Say how to get ROS 2 where there is none."""
+    from importlib.util import find_spec  # noqa: PLC0415
+
+    if find_spec("rclpy") is None or find_spec("belt_msgs") is None:
+        typer.secho(
+            "This needs ROS 2 with belt_msgs: source a workspace that holds them, or run "
+            "`make setup` and use .venv/bin/belt.",
+            fg=typer.colors.RED,
+            err=True,
+        )
+        raise typer.Exit(1)
+
+
+def main() -> None:
+    """Run the `belt` command."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

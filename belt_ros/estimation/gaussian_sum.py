@@ -1,0 +1,115 @@
+"""A weighted sum of Gaussian filters: one belief where a single Gaussian cannot carry it.
+
+Where the belt is near its capacity, the data bound tension from below and say nothing above; where
+kf does not show, it stays uncertain by decades. A single Gaussian turns such half-open knowledge
+into a narrow and wrong one. A grid of narrower members over the coordinates in which the model
+bends keeps it open: each member is nearly linear within its own width, and the members' likelihoods
+weigh them against each other. Members that the data rule out are dropped, those that have come to
+say the same are merged, so a drive that has settled costs few.
+"""
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+_Floats = NDArray[np.float64]
+_NEGLIGIBLE = -25.0  # ln of the relative weight at which a member is dropped
+_ALIKE = 0.1  # squared distance between members, per their own variance, at which they are merged
+
+
+@dataclass
+class Component:
+    """One Gaussian: ln of its weight, mean (n,) and covariance (n, n)."""
+
+    log_weight: float
+    mean: _Floats
+    covariance: _Floats
+
+
+def grid(
+    mean: _Floats, stddev: _Floats, axes: Sequence[int], nodes: Sequence[int], width: float
+) -> list[Component]:
+    """Cover independent normal coordinates by narrower ones on a grid.
+
+    Parameters
+    ----------
+    mean, stddev : ndarray
+        Of all coordinates (n,).
+    axes, nodes : sequence of int
+        The coordinates to cover, and how many members along each.
+    width : float
+        A member's standard deviation along `axes`, relative to the coordinate's.
+
+    Returns
+    -------
+    list of Component
+        Their sum has the mean and, but for the grid's ends, the covariance asked for: nodes are
+        weighted by a normal density of variance 1 - width^2.
+    """
+    spacing = width / 0.75
+    offsets = [spacing * (np.arange(count) - 0.5 * (count - 1)) for count in nodes]
+    narrow = stddev.copy()
+    for axis, count in zip(axes, nodes, strict=True):
+        narrow[axis] *= width if count > 1 else 1.0
+    components = []
+    for offset in itertools.product(*offsets):
+        centre = mean.copy()
+        centre[list(axes)] += np.asarray(offset) * stddev[list(axes)]
+        log_weight = -0.5 * float(np.sum(np.square(offset))) / (1.0 - width**2)
+        components.append(Component(log_weight, centre, np.diag(narrow**2)))
+    return components
+
+
+def normalised(log_weights: _Floats) -> _Floats:
+    """Weights that sum to one, from their logarithms."""
+    weights = np.exp(log_weights - np.max(log_weights))
+    return np.asarray(weights / np.sum(weights))
+
+
+def mixture_moments(
+    weights: _Floats, means: _Floats, covariances: _Floats
+) -> tuple[_Floats, _Floats]:
+    """Mean (n,) and covariance (n, n) of a sum of `weights` (k,), `means` (k, n), `covariances`."""
+    mean = weights @ means
+    spread = means - mean
+    return mean, np.tensordot(weights, covariances, 1) + (spread.T * weights) @ spread
+
+
+def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]:
+    """Drop members of negligible weight, and merge those that are alike along `axes`."""
+    best = max(component.log_weight for component in components)
+    kept = [c for c in components if c.log_weight - best > _NEGLIGIBLE]
+    kept.sort(key=lambda component: -component.log_weight)
+    merged: list[Component] = []
+    for component in kept:
+        for index, other in enumerate(merged):
+            if _distance(component, other, axes) < _ALIKE:
+                merged[index] = _merge(other, component)
+                break
+        else:
+            merged.append(component)
+    return merged
+
+
+def _distance(a: Component, b: Component, axes: Sequence[int]) -> float:
+    """Greatest squared difference of means and of widths along `axes`, in units of the variance."""
+    worst = 0.0
+    for axis in axes:
+        smaller = min(a.covariance[axis, axis], b.covariance[axis, axis])
+        larger = max(a.covariance[axis, axis], b.covariance[axis, axis])
+        shift = (a.mean[axis] - b.mean[axis]) ** 2 / smaller
+        worst = max(worst, float(shift), math.log(larger / smaller) ** 2)
+    return worst
+
+
+def _merge(a: Component, b: Component) -> Component:
+    log_weight = float(np.logaddexp(a.log_weight, b.log_weight))
+    weights = np.exp(np.array([a.log_weight, b.log_weight]) - log_weight)
+    mean, covariance = mixture_moments(
+        weights, np.stack([a.mean, b.mean]), np.stack([a.covariance, b.covariance])
+    )
+    return Component(log_weight, mean, covariance)

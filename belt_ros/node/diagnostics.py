@@ -1,0 +1,175 @@
+"""Diagnostics as functions of numbers (REP-107).
+
+Units stand in the key and the value is nothing but a number, so that plotting tools read it.
+"""
+
+from collections.abc import Mapping
+
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
+
+from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Phase, Rejection, Severity
+from belt_ros.node.input_meter import InputReport
+
+REJECTION_ADVICE: dict[Rejection, str] = {
+    Rejection.NONE: "accepted",
+    Rejection.NOT_FINITE: "a speed is NaN, or a value infinite: check the sensor and its driver",
+    Rejection.OUT_OF_RANGE: "a speed or torque is beyond limits.*: check the sensor and its units",
+    Rejection.STALE: "older than allowed: check the clocks of sender and receiver",
+    Rejection.OUT_OF_ORDER: "the stamp does not follow the one before: check that the sender "
+    "stamps its messages, and that there is only one",
+    Rejection.GATED: "statistically impossible: check the sensor, and noise.* in the parameters",
+    Rejection.INCOMPLETE: "a named joint or its velocity is missing: check driver.joint and "
+    "driven.joint against the names in the message",
+    Rejection.MALFORMED: "arrays empty, too long or of unequal length, or an impossible stamp: "
+    "check the sender",
+}
+_LEVELS = {
+    Severity.NORMAL: DiagnosticStatus.OK,
+    Severity.WARNING: DiagnosticStatus.WARN,
+    Severity.ALARM: DiagnosticStatus.ERROR,
+    Severity.TRIP: DiagnosticStatus.ERROR,
+}
+_LOST_ADVICE = (
+    "the measurements contradict the drive description: check radii, signs and torque scales, "
+    "then reset"
+)
+
+
+def drive_status(
+    node_name: str,
+    drive_name: str,
+    estimate: BeltEstimate | None,
+    alarm: AlarmStatus | None,
+    unused: float,
+    greatest_gap: float,
+) -> DiagnosticStatus:
+    """Return the row of the drive.
+
+    Parameters
+    ----------
+    node_name, drive_name : str
+    estimate, alarm
+        The present ones; None before the first.
+    unused : float
+        Time since the last accepted measurement [s].
+    greatest_gap : float
+        Time after which the estimate is stale [s].
+    """
+    level, message = _judge_drive(estimate, alarm, unused, greatest_gap)
+    values = {} if estimate is None else _drive_values(estimate, alarm)
+    return _status(f"{node_name}: {drive_name}", drive_name, level, message, values)
+
+
+def _judge_drive(
+    estimate: BeltEstimate | None, alarm: AlarmStatus | None, unused: float, greatest_gap: float
+) -> tuple[bytes, str]:
+    if estimate is None or unused > greatest_gap:
+        return (
+            DiagnosticStatus.STALE,
+            f"no usable measurement for {unused:.1f} s: see the row of the input",
+        )
+    if alarm is not None and alarm.severity > Severity.WARNING:
+        return _LEVELS[alarm.severity], alarm.message
+    if estimate.phase is Phase.LOST:
+        return DiagnosticStatus.ERROR, _LOST_ADVICE
+    if alarm is not None and alarm.active:
+        return _LEVELS[alarm.severity], alarm.message
+    if alarm is not None and not alarm.acknowledged:
+        return (
+            DiagnosticStatus.WARN,
+            f"{alarm.latched_severity.name.lower()} is over but not acknowledged: find its cause, "
+            "then acknowledge",
+        )
+    return (
+        DiagnosticStatus.OK,
+        f"{estimate.phase.name.lower().replace('_', ' ')}, {estimate.margin.value:.0%} margin",
+    )
+
+
+def _drive_values(estimate: BeltEstimate, alarm: AlarmStatus | None) -> dict[str, float]:
+    values: dict[str, float] = {"phase": estimate.phase}
+    for key, quantity in (
+        ("slip [-]", estimate.slip),
+        ("excess slip [-]", estimate.excess_slip),
+        ("transmitted torque [N m]", estimate.transmitted_torque),
+        ("mean tension [N]", estimate.mean_tension),
+        ("kf [N/m2]", estimate.friction_stiffness),
+        ("friction coefficient [-]", estimate.friction_coefficient),
+        ("margin [-]", estimate.margin),
+    ):
+        name, _, unit = key.partition(" [")
+        values[key] = quantity.value
+        values[f"{name} stddev [{unit}"] = quantity.stddev
+    values["gross slip probability [-]"] = estimate.gross_slip_probability
+    values["alarm severity"] = Severity.NORMAL if alarm is None else alarm.severity
+    values["alarm latched severity"] = Severity.NORMAL if alarm is None else alarm.latched_severity
+    values["alarms raised"] = 0 if alarm is None else alarm.count
+    return values
+
+
+def input_status(
+    node_name: str,
+    drive_name: str,
+    topic: str,
+    report: InputReport,
+    health: Health,
+    greatest_gap: float,
+) -> DiagnosticStatus:
+    """Return the row of the node: what arrives on `topic`, and what becomes of it.
+
+    Counts are since start or reset, rates and times of the period that `report` is about.
+    """
+    level, message = _judge_input(topic, report, greatest_gap)
+    values: dict[str, float] = {
+        "input rate [Hz]": report.rate,
+        "latency mean [ms]": 1e3 * report.latency_mean,
+        "latency max [ms]": 1e3 * report.latency_max,
+        "processing mean [ms]": 1e3 * report.processing_mean,
+        "processing max [ms]": 1e3 * report.processing_max,
+        "accepted": health.accepted,
+        "resets": health.resets,
+        "rejected": sum(health.rejections),
+    }
+    for reason, count in zip(Rejection, health.rejections, strict=True):
+        if reason is not Rejection.NONE:
+            values[f"rejected {_words(reason)}"] = count
+    return _status(f"{node_name}: {drive_name} input", drive_name, level, message, values)
+
+
+def _judge_input(topic: str, report: InputReport, greatest_gap: float) -> tuple[bytes, str]:
+    if report.silence > greatest_gap:
+        return (
+            DiagnosticStatus.STALE,
+            f"nothing on {topic} for {report.silence:.1f} s: check that it is published, under "
+            "that name, and with a QoS that input_reliability accepts",
+        )
+    rejected = sum(report.rejected)
+    if rejected:
+        reason = report.main_rejection
+        every = report.accepted == 0
+        return (
+            DiagnosticStatus.ERROR if every else DiagnosticStatus.WARN,
+            f"{'all' if every else 'some'} measurements rejected ({_words(reason)}): "
+            f"{REJECTION_ADVICE[reason]}",
+        )
+    return DiagnosticStatus.OK, "every measurement is used"
+
+
+def _words(reason: Rejection) -> str:
+    return reason.name.lower().replace("_", " ")
+
+
+def _status(
+    name: str, hardware_id: str, level: bytes, message: str, values: Mapping[str, float]
+) -> DiagnosticStatus:
+    return DiagnosticStatus(
+        level=level,
+        name=name,
+        hardware_id=hardware_id,
+        message=message,
+        values=[KeyValue(key=key, value=_number(value)) for key, value in values.items()],
+    )
+
+
+def _number(value: float) -> str:
+    return str(int(value)) if isinstance(value, int) else f"{value:.6g}"

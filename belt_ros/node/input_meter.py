@@ -1,0 +1,106 @@
+"""What arrives, how late, and how long it takes: counted on a steady clock, reported in periods."""
+
+import math
+from dataclasses import dataclass
+
+from belt_ros.estimation import Rejection
+
+
+@dataclass(frozen=True)
+class InputReport:
+    """One period of the input.
+
+    Attributes
+    ----------
+    period : float
+        Its length [s].
+    received : int
+        Messages that came, usable or not.
+    rejected : tuple of int
+        By `Rejection`; the place of `Rejection.NONE` counts nothing.
+    latency_mean, latency_max : float
+        From a message's stamp to its arrival, both on ROS time [s]; NaN: none came.
+    processing_mean, processing_max : float
+        From arrival to the estimate [s]; NaN: none came.
+    silence : float
+        Since the last message, or since the node became active [s].
+    unused : float
+        Since the last message that was accepted, or since the node became active [s].
+    """
+
+    period: float
+    received: int
+    rejected: tuple[int, ...]
+    latency_mean: float
+    latency_max: float
+    processing_mean: float
+    processing_max: float
+    silence: float
+    unused: float
+
+    @property
+    def rate(self) -> float:
+        """Messages a second [Hz]."""
+        return self.received / self.period if self.period > 0.0 else 0.0
+
+    @property
+    def accepted(self) -> int:
+        """Messages that were used."""
+        return self.received - sum(self.rejected)
+
+    @property
+    def main_rejection(self) -> Rejection:
+        """The commonest reason in this period."""
+        most = max(self.rejected)
+        return Rejection(self.rejected.index(most)) if most else Rejection.NONE
+
+
+class InputMeter:
+    """Counts what arrives. Times are seconds on a steady clock."""
+
+    def __init__(self, now: float) -> None:
+        self._last_received = now
+        self._last_accepted = now
+        self._begin(now)
+
+    def _begin(self, now: float) -> None:
+        self._since = now
+        self._received = 0
+        self._rejected = [0] * len(Rejection)
+        self._latency_sum = self._processing_sum = 0.0
+        self._latency_max = self._processing_max = -math.inf
+
+    def count(self, reason: Rejection, latency: float, began: float, ended: float) -> None:
+        """Count one message, handled from `began` to `ended`."""
+        self._received += 1
+        self._last_received = began
+        if reason is Rejection.NONE:
+            self._last_accepted = began
+        else:
+            self._rejected[reason] += 1
+        processing = ended - began
+        self._latency_sum += latency
+        self._latency_max = max(self._latency_max, latency)
+        self._processing_sum += processing
+        self._processing_max = max(self._processing_max, processing)
+
+    def unused(self, now: float) -> float:
+        """Return the time since the last message that was accepted [s]."""
+        return now - self._last_accepted
+
+    def report(self, now: float) -> InputReport:
+        """Report the period that ends now, and begin the next."""
+        came = self._received > 0
+        report = InputReport(
+            period=now - self._since,
+            received=self._received,
+            rejected=tuple(self._rejected),
+            latency_mean=self._latency_sum / self._received if came else math.nan,
+            latency_max=self._latency_max if came else math.nan,
+            processing_mean=self._processing_sum / self._received if came else math.nan,
+            processing_max=self._processing_max if came else math.nan,
+            silence=now - self._last_received,
+            unused=self.unused(now),
+        )
+        self._begin(now)
+        return report

@@ -1,0 +1,100 @@
+"""States and alarms of one replay as a rosbag2 bag, on the topics and types of the live node."""
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from belt_ros.estimation import AlarmStatus
+from belt_ros.message_fields import alarm_fields
+from belt_ros.message_types import belt_typestore
+from belt_ros.replay.tables import STATE_TYPE
+
+STATE_TOPIC = "/belt_node/state"
+ALARM_TOPIC = "/belt_node/alarm"
+ALARM_TYPE = "belt_msgs/msg/SlipAlarm"
+_READABLE_SINCE_HUMBLE: Final = 8
+_SECOND_NS = 1_000_000_000
+_FOREVER = QosTime(9223372036, 854775807)
+
+
+def _quality(durability: QosDurability) -> list[Qos]:
+    """Offered quality of service, which `ros2 bag play` then offers again."""
+    return [
+        Qos(
+            history=QosHistory.KEEP_LAST,
+            depth=10,
+            reliability=QosReliability.RELIABLE,
+            durability=durability,
+            deadline=_FOREVER,
+            lifespan=_FOREVER,
+            liveliness=QosLiveliness.AUTOMATIC,
+            liveliness_lease_duration=_FOREVER,
+            avoid_ros_namespace_conventions=False,
+        )
+    ]
+
+
+class ResultBag:
+    """A growing rosbag2 directory (MCAP) of belt_msgs/BeltState and belt_msgs/SlipAlarm."""
+
+    def __init__(self, path: Path) -> None:
+        self._types = belt_typestore()
+        self._writer = Writer(
+            path, version=_READABLE_SINCE_HUMBLE, storage_plugin=StoragePlugin.MCAP
+        )
+        self._writer.open()
+        self._state = self._writer.add_connection(
+            STATE_TOPIC,
+            STATE_TYPE,
+            typestore=self._types,
+            offered_qos_profiles=_quality(QosDurability.VOLATILE),
+        )
+        self._alarm = self._writer.add_connection(
+            ALARM_TOPIC,
+            ALARM_TYPE,
+            typestore=self._types,
+            offered_qos_profiles=_quality(QosDurability.TRANSIENT_LOCAL),
+        )
+
+    def _time(self, stamp_ns: int) -> Any:
+        seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
+        return self._types.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+
+    def _header(self, stamp_ns: int) -> Any:
+        return self._types.types["std_msgs/msg/Header"](stamp=self._time(stamp_ns), frame_id="")
+
+    def write_state(self, log_ns: int, stamp_ns: int, fields: dict[str, Any]) -> None:
+        """Write one state, given as the fields of its message, at a log time [ns]."""
+        counts = np.array(fields["rejection_counts"], dtype=np.uint64)
+        message = self._types.types[STATE_TYPE](
+            header=self._header(stamp_ns), **{**fields, "rejection_counts": counts}
+        )
+        self._writer.write(self._state, log_ns, self._types.serialize_cdr(message, STATE_TYPE))
+
+    def write_alarm(self, log_ns: int, drive_name: str, status: AlarmStatus) -> None:
+        """Write a change of the alarm at a log time [ns]."""
+        message = self._types.types[ALARM_TYPE](
+            header=self._header(status.stamp_ns),
+            first_time=self._time(status.first_ns),
+            last_time=self._time(status.last_ns),
+            **alarm_fields(drive_name, status),
+        )
+        self._writer.write(self._alarm, log_ns, self._types.serialize_cdr(message, ALARM_TYPE))
+
+    def close(self) -> None:
+        """Write index and metadata."""
+        self._writer.close()
+
+    def abort(self) -> None:
+        """Let go of the files without caring for their content."""
+        self._writer.abort()

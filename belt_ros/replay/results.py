@@ -1,0 +1,134 @@
+"""The result directory of one replay: all of it, or nothing.
+
+Everything is written beside the final place under a temporary name, and renamed when complete.
+"""
+
+import json
+import os
+import shutil
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from belt_ros.estimation import AlarmStatus, BeltEstimate
+from belt_ros.message_fields import state_fields
+from belt_ros.replay.result_bag import ALARM_TOPIC, STATE_TOPIC, ResultBag
+from belt_ros.replay.tables import StateTable
+
+BAG_NAME = "estimates"
+TABLE_NAME = "estimates.parquet"
+SUMMARY_NAME = "summary.json"
+_OURS = {BAG_NAME, TABLE_NAME, SUMMARY_NAME}
+
+__all__ = ["ALARM_TOPIC", "STATE_TOPIC", "ResultWriter", "ResultsError"]
+
+
+class ResultsError(Exception):
+    """A place where results cannot be written; the message says why."""
+
+
+def check_place(out: Path, *, replace: bool) -> None:
+    """Raise `ResultsError` unless results can be put at `out` without harming anything else."""
+    if not (out.exists() or out.is_symlink()):
+        return
+    if not out.is_dir() or out.is_symlink():
+        raise ResultsError(f"{out} exists and is no directory. Choose another --out.")
+    contents = {entry.name for entry in out.iterdir()}
+    if not contents:
+        return
+    if not contents <= _OURS:
+        raise ResultsError(f"{out} holds other things than results. Choose another --out.")
+    if not replace:
+        raise ResultsError(
+            f"{out} holds earlier results. Choose another --out, or replace them with --force."
+        )
+
+
+class ResultWriter:
+    """Bag, table and summary of one replay. A context manager: leaving it by an error undoes all.
+
+    Parameters
+    ----------
+    out : Path
+        The result directory.
+    drive_name : str
+    replace : bool
+        Whether earlier results at `out` may be replaced.
+
+    Raises
+    ------
+    ResultsError
+        If `out` holds anything that must not be lost, or cannot be written.
+    """
+
+    def __init__(self, out: Path, drive_name: str, *, replace: bool = False) -> None:
+        check_place(out, replace=replace)
+        self._out = out
+        self._drive_name = drive_name
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            part = tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent)
+        except OSError as error:
+            raise ResultsError(f"cannot write to {out.parent}: {error.strerror}") from error
+        self._part = Path(part)
+        try:
+            self._table = StateTable(self._part / TABLE_NAME, drive_name)
+            self._bag = ResultBag(self._part / BAG_NAME)
+        except BaseException:
+            shutil.rmtree(self._part, ignore_errors=True)
+            raise
+
+    def __enter__(self) -> "ResultWriter":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if not self._part.exists():  # committed
+            return
+        with suppress(Exception):  # a full disk refuses the table's last bytes
+            self._table.abort()
+        with suppress(Exception):
+            self._bag.abort()
+        shutil.rmtree(self._part, ignore_errors=True)
+
+    def write_state(self, log_ns: int, estimate: BeltEstimate) -> None:
+        """Write one estimate to bag and table."""
+        fields = state_fields(self._drive_name, estimate)
+        self._bag.write_state(log_ns, estimate.stamp_ns, fields)
+        self._table.append(log_ns, estimate.stamp_ns, fields)
+
+    def write_alarm(self, log_ns: int, status: AlarmStatus) -> None:
+        """Write one change of the alarm to the bag."""
+        self._bag.write_alarm(log_ns, self._drive_name, status)
+
+    def commit(self, summary: dict[str, Any]) -> None:
+        """Complete bag and table, add the summary, and put all in place."""
+        self._table.close()
+        self._bag.close()
+        text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False)
+        (self._part / SUMMARY_NAME).write_text(text + "\n", encoding="utf-8")
+        mask = os.umask(0)
+        os.umask(mask)
+        self._part.chmod(0o777 & ~mask)  # mkdtemp keeps others out; results are no secret
+        check_place(self._out, replace=True)
+        self._replace()
+
+    def _replace(self) -> None:
+        """Rename the new directory into place; earlier results leave only once it can be there."""
+        old = self._part.with_suffix(".old")
+        if self._out.exists():
+            self._out.rename(old)
+        try:
+            self._part.rename(self._out)
+        except OSError:
+            if old.exists():
+                old.rename(self._out)
+            raise
+        if old.exists():
+            shutil.rmtree(old)

@@ -1,0 +1,95 @@
+"""One pass through a bag: joint states in, estimates, alarms and a summary out."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from belt_ros.estimation import Rejection
+from belt_ros.replay.errors import BagError
+from belt_ros.replay.reader import JointStateBag
+from belt_ros.replay.results import ResultWriter
+from belt_ros.replay.summary import Summary, Tally
+from belt_ros.settings import DriveSettings
+
+Progress = Callable[[int, int], None]
+_PROGRESS_EVERY = 100  # messages
+
+
+def replay(
+    bag: str | Path,
+    settings: DriveSettings,
+    out: str | Path,
+    *,
+    topic: str | None = None,
+    replace: bool = False,
+    progress: Progress | None = None,
+) -> Summary:
+    """Estimate the state of a drive from a bag of its joint states.
+
+    The monitor is the one the live node runs, and it is given the same stamps in the order of the
+    bag's log time, which is the order in which the node received them.
+
+    Parameters
+    ----------
+    bag : path
+        A rosbag2 directory (MCAP or sqlite3), or a bare .mcap or .db3 file.
+    settings : DriveSettings
+    out : path
+        Directory for ``estimates/`` (a rosbag2 bag of belt_msgs/BeltState and SlipAlarm),
+        ``estimates.parquet`` and ``summary.json``. It appears complete or not at all.
+    topic : str, optional
+        Topic of the joint states; found by itself where there is only one choice.
+    replace : bool
+        Whether earlier results at `out` may be replaced.
+    progress : callable, optional
+        Given the number of messages done and their total, now and then.
+
+    Raises
+    ------
+    BagError
+        If the bag cannot be read, or not one of its messages can be used.
+    ResultsError
+        If `out` cannot be written, or holds anything else.
+    """
+    path = Path(bag)
+    monitor = settings.monitor()
+    tally = Tally(settings)
+    with (
+        JointStateBag(path, settings.driver, settings.driven, topic) as source,
+        ResultWriter(Path(out), settings.name, replace=replace) as results,
+    ):
+        for log_ns, content in source.samples():
+            if isinstance(content, Rejection):
+                output = monitor.reject(content)
+            else:
+                output = monitor.step(content)
+            tally.add(output)
+            if output.rejection is Rejection.NONE and output.estimate is not None:
+                results.write_state(log_ns, output.estimate)
+            if output.alarm is not None:
+                results.write_alarm(log_ns, output.alarm)
+            if progress is not None and tally.messages % _PROGRESS_EVERY == 0:
+                progress(tally.messages, source.count)
+        if tally.accepted == 0:
+            raise BagError(_nothing_usable(source, settings, tally))
+        summary = tally.summary(path.name, source.topic, source.note)
+        results.commit(summary.as_json())
+    return summary
+
+
+def _nothing_usable(source: JointStateBag, settings: DriveSettings, tally: Tally) -> str:
+    if tally.messages == 0:
+        return f"{source.path}: {source.topic} holds no messages. Record while the drive runs."
+    reasons = ", ".join(
+        f"{count} {reason.name.lower()}" for reason, count in tally.rejected.items() if count
+    )
+    text = (
+        f"{source.path}: none of the {tally.messages} messages on {source.topic} can be used "
+        f"({reasons})."
+    )
+    if tally.rejected[Rejection.INCOMPLETE]:
+        text += (
+            f" The configuration asks for the joints {settings.driver.name} and "
+            f"{settings.driven.name} with their velocities; the messages carry "
+            f"{', '.join(source.joints_seen) or 'none'}. Set driver.joint and driven.joint."
+        )
+    return text

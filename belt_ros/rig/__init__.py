@@ -1,0 +1,20 @@
+"""The virtual rig: a belt drive in motion that says what the sensors of a real one would say.
+
+A scenario scripts speed, load and faults. It runs offline as fast as it can (`simulate`), into a
+bag (`write_bag`), or in real time as a ROS 2 node. The truth behind the sensors comes with it.
+"""
+
+from belt_ros.rig.scenario import Scenario, ScenarioError, load_scenario
+from belt_ros.rig.sensors import JointSample
+from belt_ros.rig.simulate import RigSample, simulate
+from belt_ros.rig.truth import Truth
+
+__all__ = [
+    "JointSample",
+    "RigSample",
+    "Scenario",
+    "ScenarioError",
+    "Truth",
+    "load_scenario",
+    "simulate",
+]

@@ -1,0 +1,89 @@
+"""A run of the rig as a rosbag2 MCAP bag, written without ROS."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+from belt_ros.message_fields import state_fields
+from belt_ros.message_types import belt_typestore
+from belt_ros.rig.sensors import JointSample
+from belt_ros.rig.simulate import RigSample
+from belt_ros.rig.truth import Truth, as_estimate
+
+JOINT_TOPIC = "/joint_states"
+TRUTH_TOPIC = "/belt_rig/truth"
+_JOINT_TYPE = "sensor_msgs/msg/JointState"
+_TRUTH_TYPE = "belt_msgs/msg/BeltState"
+_METADATA_VERSION: Literal[8] = 8  # the newest that ROS 2 Humble reads
+
+
+def write_bag(
+    path: str | Path, drive_name: str, samples: Iterable[RigSample], *, truth_every: int = 1
+) -> int:
+    """Write joint states and truth to a new bag, compressed chunk by chunk.
+
+    Parameters
+    ----------
+    path : str or Path
+        Directory of the bag; it must not exist yet.
+    drive_name : str
+        As the truth is to name the drive.
+    samples : iterable of RigSample
+    truth_every : int
+        Write the truth of every n-th sample only.
+
+    Returns
+    -------
+    int
+        Number of joint states written.
+
+    Raises
+    ------
+    FileExistsError
+        If there is something at `path` already.
+    """
+    if truth_every < 1:
+        raise ValueError(f"truth_every is {truth_every}; it must be at least 1")
+    if Path(path).exists():
+        raise FileExistsError(f"{path} exists already; choose another name or remove it")
+    store = belt_typestore()
+    writer = Writer(path, version=_METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
+    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+    count = 0
+    with writer:
+        joints = writer.add_connection(JOINT_TOPIC, _JOINT_TYPE, typestore=store)
+        truths = writer.add_connection(TRUTH_TOPIC, _TRUTH_TYPE, typestore=store)
+        for stamp_ns, joint, truth in samples:
+            message = _joint_state(stamp_ns, joint)
+            writer.write(joints, stamp_ns, store.serialize_cdr(message, _JOINT_TYPE))
+            if count % truth_every == 0:
+                message = _belt_state(stamp_ns, drive_name, truth)
+                writer.write(truths, stamp_ns, store.serialize_cdr(message, _TRUTH_TYPE))
+            count += 1
+    return count
+
+
+def _header(stamp_ns: int) -> Any:
+    types = belt_typestore().types
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    stamp = types["builtin_interfaces/msg/Time"](seconds, nanoseconds)
+    return types["std_msgs/msg/Header"](stamp, "")
+
+
+def _joint_state(stamp_ns: int, joints: JointSample) -> Any:
+    return belt_typestore().types[_JOINT_TYPE](
+        _header(stamp_ns),
+        list(joints.names),
+        np.array(joints.positions),
+        np.array(joints.velocities),
+        np.array(joints.efforts),
+    )
+
+
+def _belt_state(stamp_ns: int, drive_name: str, truth: Truth) -> Any:
+    fields = state_fields(drive_name, as_estimate(truth, stamp_ns))
+    fields["rejection_counts"] = np.array(fields["rejection_counts"], dtype=np.uint64)
+    return belt_typestore().types[_TRUTH_TYPE](header=_header(stamp_ns), **fields)

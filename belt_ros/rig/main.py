@@ -1,0 +1,49 @@
+"""Program ``belt_rig``: plays a scenario of the virtual rig and ends with it."""
+
+import signal
+import sys
+from types import FrameType
+
+import rclpy
+from rclpy.signals import SignalHandlerOptions
+
+from belt_ros.rig.node import RigNode
+from belt_ros.settings import SettingsError
+
+
+class _Stop:
+    """Set by SIGINT or SIGTERM, however often they come."""
+
+    def __init__(self) -> None:
+        self.requested = False
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._request)
+
+    def _request(self, _number: int, _frame: FrameType | None) -> None:
+        self.requested = True
+
+    def __call__(self) -> bool:
+        return self.requested or not rclpy.ok()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the rig; return the exit code: 0 at the end or when told to stop, 2 for bad input."""
+    stopped = _Stop()
+    # The handlers of rclpy would raise out of whatever runs; these only leave word.
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    node: RigNode | None = None
+    try:
+        node = RigNode()
+        node.play(stopped)
+    except SettingsError as error:
+        rclpy.logging.get_logger("belt_rig").fatal(str(error))
+        return 2
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

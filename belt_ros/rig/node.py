@@ -1,0 +1,163 @@
+"""The rig as a ROS 2 node that plays a scenario in real time."""
+
+import time
+from collections.abc import Callable
+
+from belt_msgs.msg import BeltState
+from builtin_interfaces.msg import Time
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from belt_ros.message_fields import state_fields
+from belt_ros.rig.scenario import Scenario, ScenarioError, load_scenario
+from belt_ros.rig.simulate import RigSample, simulate
+from belt_ros.rig.truth import as_estimate
+from belt_ros.settings import DriveSettings, load_settings
+
+# Reliable, so that reliable and best-effort subscribers match alike; deep enough for a hiccup.
+_QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
+_LONGEST_WAIT = 0.1  # [s] until the node next looks whether it is to stop
+_DELIVERY = Duration(seconds=1)
+
+
+class RigNode(Node):
+    """Publishes ``joint_states`` and ``~/truth`` of a scenario, paced to real time.
+
+    Header stamps are the node clock's time at the start plus scenario time, so their spacing is
+    exact. After a hiccup the node catches up; it leaves no sample out.
+
+    Raises
+    ------
+    SettingsError
+        If the drive or the scenario, given as parameters, cannot be used.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("belt_rig")
+        self.settings: DriveSettings = load_settings(
+            self._path("config_file", "YAML that describes the drive")
+        )
+        self.scenario: Scenario = load_scenario(
+            self._path("scenario_file", "YAML that scripts the run"), self.settings
+        )
+        self._rate_factor = self._number(
+            "rate_factor", 1.0, "times faster than real time", 0.01, 1e3
+        )
+        self._patience = self._number(
+            "wait_for_subscriber",
+            2.0,
+            "longest wait for a subscriber to joint_states [s]",
+            0.0,
+            3600.0,
+        )
+        self._loop = bool(
+            self.declare_parameter(
+                "loop", value=False, descriptor=_describe("begin again at the end")
+            ).value
+        )
+        self._joint_states = self.create_publisher(JointState, "joint_states", _QOS)
+        self._truth = self.create_publisher(BeltState, "~/truth", _QOS)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
+
+    def _path(self, name: str, meaning: str) -> str:
+        value: object = self.declare_parameter(name, "", _describe(meaning)).value
+        if not value:
+            raise ScenarioError(
+                f"parameter {name} is empty; give the {meaning}, e.g. with "
+                f"--ros-args -p {name}:=<file>"
+            )
+        return str(value)
+
+    def _number(self, name: str, default: float, meaning: str, low: float, high: float) -> float:
+        descriptor = _describe(meaning)
+        descriptor.floating_point_range = [FloatingPointRange(from_value=low, to_value=high)]
+        # A YAML's 1 is as good as 1.0, so the type is left open and checked here.
+        descriptor.dynamic_typing = True
+        value: object = self.declare_parameter(name, default, descriptor).value
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise ScenarioError(f"parameter {name} is {value!r}; it must be a number")
+        if not low <= value <= high:
+            raise ScenarioError(
+                f"parameter {name} is {value:g}; it must lie between {low:g} and {high:g}"
+            )
+        return float(value)
+
+    def play(self, stopped: Callable[[], bool]) -> int:
+        """Play the scenario until its end, or until `stopped`; return the samples published."""
+        self._wait_for_subscriber(stopped)
+        scenario = self.scenario
+        start_ns = self.get_clock().now().nanoseconds
+        period_ns = scenario.stamp_ns(1)
+        self.get_logger().info(
+            f"playing scenario {scenario.name}: {scenario.duration:g} s at "
+            f"{scenario.sample_rate:g} Hz, {self._rate_factor:g} times real time"
+        )
+        published = 0
+        begin = time.monotonic()
+        first_ns = start_ns
+        while not stopped():
+            for sample in simulate(self.settings, scenario, start_ns):
+                due = begin + (sample.stamp_ns - first_ns) * 1e-9 / self._rate_factor
+                self._spin_until(due, stopped)
+                if stopped():
+                    break
+                self._publish(sample)
+                published += 1
+            if not self._loop:
+                break
+            start_ns += scenario.stamp_ns(scenario.samples - 1) + period_ns
+        if not stopped():
+            self._joint_states.wait_for_all_acked(_DELIVERY)
+            self._truth.wait_for_all_acked(_DELIVERY)
+            self.get_logger().info(f"end of scenario {scenario.name}: {published} samples")
+        return published
+
+    def _wait_for_subscriber(self, stopped: Callable[[], bool]) -> None:
+        end = time.monotonic() + self._patience
+        while not stopped() and self._joint_states.get_subscription_count() == 0:
+            if time.monotonic() >= end:
+                if self._patience > 0.0:
+                    self.get_logger().warning(
+                        f"nobody subscribed to {self._joint_states.topic_name} within "
+                        f"{self._patience:g} s; playing all the same"
+                    )
+                return
+            self._executor.spin_once(timeout_sec=0.02)
+
+    def _spin_until(self, due: float, stopped: Callable[[], bool]) -> None:
+        """Serve the node until `due` (monotonic clock); when late, only what is waiting."""
+        self._executor.spin_once(timeout_sec=0.0)
+        while not stopped():
+            left = due - time.monotonic()
+            if left <= 0.0:
+                return
+            self._executor.spin_once(timeout_sec=min(left, _LONGEST_WAIT))
+
+    def _publish(self, sample: RigSample) -> None:
+        seconds, nanoseconds = divmod(sample.stamp_ns, 1_000_000_000)
+        stamp = Time(sec=seconds, nanosec=nanoseconds)
+        joints = JointState(
+            name=list(sample.joints.names),
+            position=list(sample.joints.positions),
+            velocity=list(sample.joints.velocities),
+            effort=list(sample.joints.efforts),
+        )
+        joints.header.stamp = stamp
+        truth = BeltState(**state_fields(self.settings.name, as_estimate(sample.truth, 0)))
+        truth.header.stamp = stamp
+        self._joint_states.publish(joints)
+        self._truth.publish(truth)
+
+    def destroy_node(self) -> None:
+        """Release the executor, then the node."""
+        self._executor.shutdown()
+        super().destroy_node()
+
+
+def _describe(meaning: str) -> ParameterDescriptor:
+    return ParameterDescriptor(description=meaning, read_only=True)

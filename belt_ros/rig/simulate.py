@@ -1,0 +1,61 @@
+"""A scenario run offline, as fast as it goes: stamps, joint states and the truth behind them."""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from belt_ros.rig.plant import Plant
+from belt_ros.rig.scenario import Scenario
+from belt_ros.rig.sensors import JointSample, Sensors
+from belt_ros.rig.truth import Truth
+from belt_ros.settings import DriveSettings
+
+_LONGEST_STEP = 2e-4  # [s], a hundredth of the torsional period of the drive in config/paper_drive
+
+
+class RigSample(NamedTuple):
+    """What the rig says at one instant, and what is true then."""
+
+    stamp_ns: int
+    joints: JointSample
+    truth: Truth
+
+
+def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> Iterator[RigSample]:
+    """Run a scenario; the same scenario gives the same numbers every time.
+
+    Parameters
+    ----------
+    settings : DriveSettings
+        The drive and its joints.
+    scenario : Scenario
+    start_ns : int
+        Stamp of the first sample [ns].
+    """
+    plant_random, sensor_random = np.random.default_rng(scenario.seed).spawn(2)
+    period = 1.0 / scenario.sample_rate
+    steps = math.ceil(period / _LONGEST_STEP)
+    dt = period / steps
+    plant = Plant(
+        settings.drive,
+        scenario.motor,
+        scenario.model_error,
+        plant_random,
+        scenario.commands(np.zeros(1))[0],
+        dt=dt,
+        load_brakes=scenario.load_brakes,
+    )
+    sensors = Sensors(settings.driver, settings.driven, scenario.sensors, sensor_random)
+    substeps = dt * np.arange(1, steps + 1, dtype=np.float64)
+    for sample in range(scenario.samples):
+        if sample > 0:
+            plant.advance(scenario.commands(substeps + (sample - 1) * period))
+        truth = plant.truth(settings.limits.standstill_speed)
+        state = plant.state
+        yield RigSample(
+            start_ns + scenario.stamp_ns(sample),
+            sensors.measure(truth, state.driver_angle, state.driven_angle),
+            truth,
+        )

@@ -1,5 +1,6 @@
 """The `belt` command. What a command needs is imported when it runs, so that help comes at once."""
 
+import json
 import sys
 import threading
 from collections.abc import Iterator
@@ -103,7 +104,7 @@ def replay(
     config: Config,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Result directory.  [default: ./<bag>_belt]"),
+        typer.Option("--out", "-o", help="Result directory; <bag>_belt here if not given."),
     ] = None,
     topic: Annotated[
         str | None, typer.Option(help="Topic of the joint states, where there are several.")
@@ -117,15 +118,20 @@ def replay(
         from belt_ros.settings import load_settings  # noqa: PLC0415
 
         settings = load_settings(config)
-        place = out or Path(f"{bag.resolve().stem}_belt")
+        place = out or Path(f"{_name_of(bag)}_belt")
         with _progress_bar(quiet=quiet) as progress:
             summary = replaying.replay(
                 bag, settings, place, topic=topic, replace=force, progress=progress
             )
     if not quiet:
-        from belt_ros.replay.report import print_summary  # noqa: PLC0415
+        from belt_ros.terminal import print_summary  # noqa: PLC0415
 
         print_summary(summary, place)
+
+
+def _name_of(bag: Path) -> str:
+    place = bag.resolve()
+    return place.name if place.is_dir() else place.stem
 
 
 @app.command(epilog="Example: belt check config/paper_drive.yaml")
@@ -134,8 +140,9 @@ def check(
 ) -> None:
     """Check a drive's YAML, and say what the mechanics makes of it."""
     with _errors_in_one_line():
-        from belt_ros.rating import print_rating, rate  # noqa: PLC0415
+        from belt_ros.rating import rate  # noqa: PLC0415
         from belt_ros.settings import load_settings  # noqa: PLC0415
+        from belt_ros.terminal import print_rating  # noqa: PLC0415
 
         settings = load_settings(config)
         print_rating(settings, rate(settings))
@@ -146,14 +153,12 @@ def parameters(
     markdown: Annotated[bool, typer.Option("--markdown", help="As a Markdown table.")] = False,
 ) -> None:
     """List the parameters of a drive's YAML: unit, default, range and meaning."""
-    from belt_ros.parameter_table import markdown_table, terminal_table  # noqa: PLC0415
+    from belt_ros.terminal import markdown_parameters, print_parameters  # noqa: PLC0415
 
     if markdown:
-        typer.echo(markdown_table())
-        return
-    from rich.console import Console  # noqa: PLC0415
-
-    Console().print(terminal_table())
+        typer.echo(markdown_parameters())
+    else:
+        print_parameters()
 
 
 @app.command(epilog="Example: belt demo    (or with your own: --bag my_bag --config drive.yaml)")
@@ -162,6 +167,7 @@ def demo(
     config: OptionalConfig = None,
 ) -> None:
     """Show it all at work: rig or bag, live node, alarms and results."""
+    _need_ros()
     with _errors_in_one_line():
         from belt_ros.demo.main import run  # noqa: PLC0415
 
@@ -178,7 +184,36 @@ def node(context: typer.Context) -> None:
     _need_ros()
     from belt_ros.node.main import main as run_node  # noqa: PLC0415
 
-    run_node(context.args)
+    raise typer.Exit(run_node(context.args))
+
+
+@app.command(epilog="Example: belt rig -c config/paper_drive.yaml -s config/scenarios/demo.yaml")
+def rig(
+    config: Config,
+    scenario: Annotated[Path, typer.Option("--scenario", "-s", help="YAML that scripts the run.")],
+    bag: Annotated[
+        Path | None, typer.Option(help="Write a bag as fast as it goes, instead of playing live.")
+    ] = None,
+) -> None:
+    """Run a virtual drive, with faults on request: live on ROS 2 topics, or into a bag."""
+    with _errors_in_one_line():
+        from belt_ros.rig import load_scenario, simulate  # noqa: PLC0415
+        from belt_ros.settings import load_settings  # noqa: PLC0415
+
+        settings = load_settings(config)
+        script = load_scenario(scenario, settings)
+        if bag is not None:
+            from belt_ros.rig.bag import write_bag  # noqa: PLC0415
+
+            count = write_bag(bag, settings.name, simulate(settings, script))
+            typer.echo(f"{count} joint states written to {bag}")
+            return
+    _need_ros()
+    from belt_ros.rig.main import main as play  # noqa: PLC0415
+
+    files = {"config_file": config, "scenario_file": scenario}
+    given = [f"{name}:={json.dumps(str(path))}" for name, path in files.items()]
+    raise typer.Exit(play(["--ros-args", *(word for text in given for word in ("-p", text))]))
 
 
 def _need_ros() -> None:

@@ -1,4 +1,4 @@
-"""Estimates and alarms as flat fields, named as in belt_msgs. Node and replay write the same ones."""
+"""Estimates and alarms as flat fields, named as in belt_msgs, the same in node and replay."""
 
 from typing import Any
 

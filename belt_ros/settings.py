@@ -166,9 +166,10 @@ def _table() -> Iterator[Parameter]:
     for group, kind in _GROUPS.items():
         for field in dataclasses.fields(kind):
             named = kind is Joint and field.name == "name"
+            default: Any = f"{group}_pulley_joint" if named else field.default
             yield Parameter(
                 name=f"{group}.joint" if named else f"{group}.{field.name}",
-                default=f"{group}_pulley_joint" if named else field.default,
+                default=default,
                 meaning=field.metadata["meaning"],
                 unit=field.metadata["unit"],
                 low=field.metadata["low"],
@@ -228,7 +229,7 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
 
 
 def _group(name: str, kind: type, values: Mapping[str, Any]) -> Any:
-    arguments = {
+    arguments: dict[str, Any] = {
         field.name: values.get(f"{name}.{field.name}") for field in dataclasses.fields(kind)
     }
     if kind is Joint:

@@ -27,13 +27,14 @@ def _cache_directory() -> str:
 
 
 _CACHE_DIRECTORY = _cache_directory()
+_SETTING = "CACHE_DIR"  # numba makes its settings at run time
 
 
 def compiled(function: Function) -> Function:
     """Compile `function` to machine code on first call; cached on disk, releases the GIL."""
-    before = config.CACHE_DIR
-    config.CACHE_DIR = _CACHE_DIRECTORY
+    before = getattr(config, _SETTING)
+    setattr(config, _SETTING, _CACHE_DIRECTORY)
     try:
         return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
     finally:
-        config.CACHE_DIR = before
+        setattr(config, _SETTING, before)

@@ -129,14 +129,14 @@ def _two_zone_arc(traction: float, a: float, wrap: float, role: int) -> ArcState
             low = x
         else:
             high = x
-        step = error / _two_zone_slope(x, a, role)
-        candidate = x - step
+        candidate = x - error / _two_zone_slope(x, a, role)
         if not (low <= candidate <= high):
             candidate = 0.5 * (low + high)
-        if abs(candidate - x) <= _ROUNDING * x:
-            x = candidate
-            break
+        change = abs(candidate - x)
         x = candidate
+        # A Newton step doubles the digits, so the one after this would only add rounding.
+        if change <= 1e-10 * x:
+            break
     gradient = _gradient_at_transition(x, a, role)
     slope = gradient * _gradient_log_slope(x, a, role) / _two_zone_slope(x, a, role)
     return ArcState(gradient, slope, x, math.nan)

@@ -1,7 +1,7 @@
 """The drive in motion: two inertias, elastic spans, and creep that relaxes the spans' wind-up.
 
-With the rim speeds v1 = R1 omega1 and v2 = R2 omega2, the pull F = T_H - T_L (positive when it turns
-the driven pulley forward) and the torques tau from outside,
+With the rim speeds v1 = R1 omega1 and v2 = R2 omega2, the pull F = T_H - T_L (positive when it
+turns the driven pulley forward) and the torques tau from outside,
 
     J1 omega1' = tau1 + R1 F
     J2 omega2' = tau2 - R2 F
@@ -9,8 +9,8 @@ the driven pulley forward) and the torques tau from outside,
 
 The last line is the mass balance of the two free spans: what the driver takes in and the driven
 pulley does not give out winds the tight span up, and creep unwinds it. It contains the equilibrium
-(F' = 0), gross slip (creep is unbounded at the capacity, so F saturates there while the pulleys part
-company), standstill (no creep) and reversal of torque and of rotation, in one smooth law. Belt
+(F' = 0), gross slip (creep is unbounded at the capacity, so F saturates there while the pulleys
+part company), standstill (no creep) and reversal of torque and of rotation, in one smooth law. Belt
 inertia is taken at the driver's rim speed.
 """
 

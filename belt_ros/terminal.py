@@ -1,0 +1,167 @@
+"""What the `belt` command prints: summaries, ratings and the table of parameters."""
+
+import math
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from belt_ros.rating import Rating
+from belt_ros.replay.summary import Extreme, FinalQuantity, Summary
+from belt_ros.settings import PARAMETERS, DriveSettings, Parameter
+
+_SHOWN = (
+    "slip",
+    "excess_slip",
+    "margin",
+    "mean_tension",
+    "tight_tension",
+    "slack_tension",
+    "friction_stiffness",
+    "friction_coefficient",
+)
+_KNOWLEDGE = {
+    "mean_tension": "tension",
+    "friction_stiffness": "friction_stiffness",
+    "friction_coefficient": "friction_coefficient",
+}
+
+
+def print_summary(summary: Summary, out: Path) -> None:
+    """Print what a replay amounts to, and where its results are."""
+    console = Console(highlight=False)
+    if summary.note:
+        console.print(summary.note, style="yellow", markup=False)
+    for line in _summary_lines(summary):
+        console.print(line, markup=False)
+    console.print(_summary_table(summary))
+    console.print(f"results in {out}", markup=False)
+
+
+def _summary_table(summary: Summary) -> Table:
+    table = Table(title=f"{summary.drive} at the end of {summary.bag}", title_justify="left")
+    table.add_column("quantity")
+    table.add_column("estimate", justify="right")
+    table.add_column("95 % interval", justify="right")
+    table.add_column("unit")
+    table.add_column("known from")
+    for name in _SHOWN:
+        final = summary.final[name]
+        known = summary.knowledge.get(_KNOWLEDGE.get(name, ""), "")
+        table.add_row(
+            name.replace("_", " "),
+            _number(final.value),
+            _interval(final),
+            final.unit,
+            {"learned": "data", "at_prior": "prior only"}.get(known, ""),
+        )
+    return table
+
+
+def _summary_lines(summary: Summary) -> list[str]:
+    lines = [
+        f"{summary.accepted} of {summary.messages} messages on {summary.topic} used, "
+        f"{summary.duration:.3f} s"
+    ]
+    rejected = [f"{count} {reason}" for reason, count in summary.rejected.items() if count]
+    if rejected:
+        lines.append("not used: " + ", ".join(rejected).replace("_", " "))
+    if summary.resets:
+        lines.append(f"time jumped back: the estimator began anew {summary.resets} times")
+    if summary.unobserved:
+        lines.append(f"no data for {summary.unobserved:.3f} s of it")
+    lines.append(f"worst margin {_extreme(summary.worst_margin)}")
+    lines.append(f"greatest slip {_extreme(summary.greatest_slip)}")
+    lines.append(f"greatest slip beyond creep {_extreme(summary.greatest_excess_slip)}")
+    lines.append(f"phases: {_shares(summary.time_in_phase)}")
+    if summary.alarms_raised:
+        lines.append(
+            f"alarms: {summary.alarms_raised} raised, worst {summary.worst_severity}; "
+            f"{_shares(summary.time_in_severity)}"
+        )
+    else:
+        lines.append("alarms: none")
+    return lines
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}"
+
+
+def _interval(final: FinalQuantity) -> str:
+    return f"{_number(final.low)} to {_number(final.high)}"
+
+
+def _extreme(extreme: Extreme | None) -> str:
+    if extreme is None:
+        return "not known"
+    return f"{extreme.value:.2%} +/- {extreme.stddev:.2%} at {extreme.time:.3f} s"
+
+
+def _shares(times: dict[str, float]) -> str:
+    parts = [f"{name.replace('_', ' ')} {time:.3f} s" for name, time in times.items() if time]
+    return ", ".join(parts) or "none"
+
+
+def print_rating(settings: DriveSettings, rating: Rating) -> None:
+    """Print what the mechanics says of a drive at its prior."""
+    prior, console = settings.prior, Console(highlight=False)
+    speed = rating.critical_speed
+    fastest = f"{_number(speed)} m/s" if math.isfinite(speed) else "none, the belt has no mass"
+    console.print(f"{settings.name}: the description is complete and consistent", markup=False)
+    console.print(f"critical belt speed: {fastest}")
+    console.print(
+        f"torque capacity at {prior.tension:g} N: {_number(rating.capacity)} N m, 95 % interval "
+        f"{_number(rating.capacity_low)} to {_number(rating.capacity_high)} N m"
+    )
+    table = Table(title="steady state, running slowly", title_justify="left")
+    for heading in ("load", "torque [N m]", "creep", "95 % of kf", "tight [N]", "slack [N]"):
+        table.add_column(heading, justify="right")
+    for point in rating.loads:
+        table.add_row(
+            f"{point.load:.0%}",
+            _number(point.torque),
+            f"{point.creep:.3%}",
+            f"{point.creep_low:.3%} to {point.creep_high:.3%}",
+            _number(point.tight_tension),
+            _number(point.slack_tension),
+        )
+    console.print(table)
+
+
+_PARAMETER_HEADINGS = ("parameter", "unit", "default", "range", "while running", "meaning")
+
+
+def _parameter_row(parameter: Parameter) -> tuple[str, ...]:
+    default = parameter.default
+    shown = (
+        "required" if default is None else default if isinstance(default, str) else f"{default:g}"
+    )
+    bounds = ", ".join(parameter.choices)
+    if math.isfinite(parameter.low) and math.isfinite(parameter.high):
+        bounds = f"{parameter.low:g} to {parameter.high:g}"
+    changeable = "fixed" if parameter.fixed else "may change"
+    return parameter.name, parameter.unit, shown, bounds, changeable, parameter.meaning
+
+
+def print_parameters() -> None:
+    """Print the table of parameters, as wide as the terminal allows."""
+    table = Table()
+    for heading in _PARAMETER_HEADINGS:
+        table.add_column(heading, overflow="fold")
+    for parameter in PARAMETERS.values():
+        table.add_row(*(text.replace("[", r"\[") for text in _parameter_row(parameter)))
+    Console().print(table)
+
+
+def markdown_parameters() -> str:
+    """Return the table of parameters as Markdown."""
+    lines = [_markdown_row(_PARAMETER_HEADINGS), _markdown_row(("---",) * 6)]
+    for parameter in PARAMETERS.values():
+        name, *rest = _parameter_row(parameter)
+        lines.append(_markdown_row((f"`{name}`", *rest)))
+    return "\n".join(lines)
+
+
+def _markdown_row(cells: tuple[str, ...]) -> str:
+    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"

@@ -82,11 +82,14 @@ class SensorNoise:
 
 @dataclass(frozen=True)
 class Drift:
-    """How fast what is estimated may change by itself: standard deviation after one second."""
+    """How what is estimated may change by itself: standard deviation after one second."""
 
-    tension: float = setting(0.005, "tension, relative", "1/sqrt(s)", 0.0, 10.0)
-    friction_stiffness: float = setting(0.01, "kf, relative", "1/sqrt(s)", 0.0, 10.0)
-    friction_coefficient: float = setting(0.003, "mu, relative", "1/sqrt(s)", 0.0, 10.0)
+    tension: float = setting(0.003, "tension, relative", "1/sqrt(s)", 1e-9, 10.0)
+    tension_changes: float = setting(
+        1e-3, "how often the tension begins to change, e.g. a slipping tensioner", "1/s", 1e-12, 0.5
+    )
+    friction_stiffness: float = setting(0.002, "kf, relative", "1/sqrt(s)", 1e-9, 10.0)
+    friction_coefficient: float = setting(0.001, "mu, relative", "1/sqrt(s)", 1e-9, 10.0)
     torque: float = setting(
         1.0, "outside torques, relative to prior tension times radius", "1/sqrt(s)", 1e-6, 1e3
     )

@@ -1,7 +1,8 @@
 """The belt's filter: prior, noise, drift and measurements turned into mean and covariance.
 
-A Gaussian sum of unscented filters over (ln tension, ln kf), see `gaussian_sum`. Time comes in as
-the stamps of the measurements; there is no clock here.
+A Gaussian sum of unscented filters over (ln tension, ln kf), see `gaussian_sum`, each in one of two
+modes: the tension is settled, or it is changing. Time comes in as the stamps of the measurements;
+there is no clock here.
 """
 
 import math
@@ -18,6 +19,7 @@ from belt_ros.estimation.gaussian_sum import (
     reduced,
 )
 from belt_ros.estimation.measurement import Measurement
+from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
 from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read
 from belt_ros.estimation.unscented import BatchedUnscentedFilter, moments
 from belt_ros.mechanics.creep import drive_constants
@@ -33,16 +35,10 @@ _AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
 _NODES = (7, 5)
 _WIDTH = 0.6  # of a member, in prior standard deviations
 _REDUCE_EVERY = 10  # updates
+_BRANCH_EVERY = 1.0  # [s]
+_CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
-_RECENT = 0.05  # [s] over which the rate of winding is taken
-_COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
 _SECONDS = 1e-9
-
-
-def lognormal(mean: float, stddev: float) -> tuple[float, float]:
-    """Mean and standard deviation of ln x for a log-normal x of given mean and deviation."""
-    variance = math.log1p((stddev / mean) ** 2)
-    return math.log(mean) - 0.5 * variance, math.sqrt(variance)
 
 
 class BeltFilter:
@@ -67,22 +63,18 @@ class BeltFilter:
     """
 
     def __init__(self, drive: BeltDrive, prior: Prior, noise: SensorNoise, drift: Drift) -> None:
-        self.prior = prior
         self.noise = noise
         self.drift = drift
         self.stamp_ns: int | None = None
         self._constants = drive_constants(drive)
-        self._arc_length = 0.5 * (
-            drive.driven.radius * drive.driven.wrap_angle
-            + drive.driver.radius * drive.driver.wrap_angle
-        )
-        self._developed_pull = 0.0
-        self._recent_pull = 0.0
-        self._torque_scale = prior.tension * drive.driver.radius
-        self._prior_mean, self.prior_stddev = self._initial()
+        self._tension_scale = prior.tension
+        self._prior_mean, self.prior_stddev = prior_state(prior, drive)
+        self._undeveloped = UndevelopedCreep(self._constants)
         self._members: list[BatchedUnscentedFilter] = []
+        self._changing: list[bool] = []
         self._log_weights = np.zeros(0)
         self._updates = 0
+        self._since_branch = 0.0
         self.x = self._prior_mean
         self.covariance = np.diag(self.prior_stddev**2)
 
@@ -91,32 +83,11 @@ class BeltFilter:
         """Number of Gaussians alive."""
         return len(self._members)
 
-    def _initial(self) -> tuple[_Floats, _Floats]:
-        prior = self.prior
-        log_tension, log_tension_stddev = lognormal(prior.tension, prior.tension_stddev)
-        log_friction, log_friction_stddev = lognormal(
-            prior.friction_coefficient, prior.friction_coefficient_stddev
-        )
-        mean = np.zeros(STATES)
-        mean[Index.LOG_TENSION] = log_tension
-        mean[Index.LOG_STIFFNESS] = math.log(prior.friction_stiffness)
-        mean[Index.LOG_FRICTION] = log_friction
-        stddev = np.empty(STATES)
-        stddev[Index.DRIVER_SPEED] = stddev[Index.DRIVEN_SPEED] = 1.0
-        stddev[Index.PULL] = 0.5 * prior.tension
-        stddev[Index.DRIVER_TORQUE] = stddev[Index.DRIVEN_TORQUE] = self._torque_scale
-        stddev[Index.LOG_TENSION] = log_tension_stddev
-        stddev[Index.LOG_STIFFNESS] = prior.friction_stiffness_decades * math.log(10.0)
-        stddev[Index.LOG_FRICTION] = log_friction_stddev
-        stddev[Index.RATIO_BIAS] = prior.ratio_bias_stddev
-        stddev[Index.CREEP_ERROR] = prior.creep_error_stddev
-        stddev[Index.UNDEVELOPED] = prior.tension / self._constants.axial_stiffness
-        return mean, stddev
-
     def start(self, measurement: Measurement) -> None:
         """Begin at the prior, at the speeds and torques of `measurement`."""
-        components = grid(self._prior_mean, self.prior_stddev, _AXES, _NODES, _WIDTH)
-        self._begin_motion(measurement, components)
+        self._begin_motion(
+            measurement, grid(self._prior_mean, self.prior_stddev, _AXES, _NODES, _WIDTH)
+        )
 
     def resume(self, measurement: Measurement) -> None:
         """Restart the motion at `measurement`, keeping what is known of the belt.
@@ -124,9 +95,8 @@ class BeltFilter:
         For a gap in the data, or a motion that the filter can no longer follow.
         """
         components = self._components()
-        fresh = np.diag(self.prior_stddev**2)
         for component in components:
-            mean, covariance = self._prior_mean.copy(), fresh.copy()
+            mean, covariance = self._prior_mean.copy(), np.diag(self.prior_stddev**2)
             mean[_BELT] = component.mean[_BELT]
             covariance[_BELT, _BELT] = component.covariance[_BELT, _BELT]
             component.mean, component.covariance = mean, covariance
@@ -142,9 +112,8 @@ class BeltFilter:
         for member in self._members:
             member.update(z[2:], variance[2:], seen[2:])
         self.stamp_ns = measurement.stamp_ns
-        self._developed_pull = 0.0
-        self._recent_pull = float(self.x[Index.PULL])
         self._summarise()
+        self._undeveloped.start(float(self.x[Index.PULL]))
 
     def predict(self, measurement: Measurement) -> float:
         """Advance to `measurement` without taking it in.
@@ -156,17 +125,16 @@ class BeltFilter:
         """
         assert self.stamp_ns is not None, "start() comes before predict()"
         dt = (measurement.stamp_ns - self.stamp_ns) * _SECONDS
-        pull = float(self.x[Index.PULL])
-        self._developed_pull += self._renewed(dt) * (pull - self._developed_pull)
-        self._recent_pull -= math.expm1(-dt / _RECENT) * (pull - self._recent_pull)
-        added = self._process_variance(dt)
+        settled, changing = self._processes(dt)
         z, variance, seen = self._reading(measurement)
         least = math.inf
-        for member in self._members:
-            member.Q = added
-            member.predict(dt)
+        for member, is_changing in zip(self._members, self._changing, strict=True):
+            process = changing if is_changing else settled
+            member.Q = process.variance
+            member.predict(dt, memory=process.memory)
             least = min(least, member.innovation(z, variance, seen))
         self.stamp_ns = measurement.stamp_ns
+        self._since_branch += dt
         return least / len(seen)
 
     def update(self, measurement: Measurement) -> tuple[float, int]:
@@ -183,21 +151,10 @@ class BeltFilter:
         self._log_weights -= np.max(self._log_weights)
         squared = float(normalised(self._log_weights) @ results[:, 0])
         self._updates += 1
-        if len(self._members) > 1 and self._updates % _REDUCE_EVERY == 0:
-            self._adopt(reduced(self._components(), _AXES))
+        if self._updates % _REDUCE_EVERY == 0:
+            self._reduce()
         self._summarise()
         return squared, len(seen)
-
-    def widen(self, share: float) -> None:
-        """Add `share` of the prior variance to what is known of tension, friction and creep error.
-
-        Nothing is added beyond the prior itself.
-        """
-        for index in (Index.LOG_TENSION, Index.LOG_FRICTION, Index.CREEP_ERROR):
-            widest = self.prior_stddev[index] ** 2
-            for member in self._members:
-                room = widest - member.P[index, index]
-                member.P[index, index] += max(0.0, min(share * widest, room))
 
     def readings(self, slowest: float) -> tuple[_Floats, _Floats]:
         """Mean (11,) and covariance (11, 11) of `state.Reading`, by unscented transform.
@@ -206,12 +163,12 @@ class BeltFilter:
         """
         weights = normalised(self._log_weights)
         shown = np.flatnonzero(weights >= _READ_ABOVE)
-        added = np.zeros(READINGS)
+        exact = np.zeros(READINGS)
         parts = [
             moments(
                 read(self._constants, self._members[i].posterior_points(), slowest),
                 self._members[i].Wm,
-                added,
+                exact,
             )
             for i in shown
         ]
@@ -221,10 +178,49 @@ class BeltFilter:
             np.stack([covariance for _, covariance in parts]),
         )
 
+    def _processes(self, dt: float) -> tuple[Process, Process]:
+        """Process of a settled and of a changing tension over `dt`."""
+        speed = abs(float(self.x[Index.DRIVER_SPEED])) * self._constants.driver_radius
+        undeveloped = self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
+        settled, changing = (
+            drift_process(
+                self.drift,
+                self.prior_stddev,
+                self._tension_scale,
+                self._constants.driver_radius,
+                undeveloped,
+                dt,
+                changing=changing,
+            )
+            for changing in (False, True)
+        )
+        return settled, changing
+
+    def _move(self, states: _Floats, dt: float, memory: _Floats) -> _Floats:
+        return propagate(self._constants, states, self._prior_mean, memory, dt)
+
+    def _reduce(self) -> None:
+        """Drop and merge members; now and then let the best begin, or end, a change of tension.
+
+        A member in which the tension is changing gives every loss of traction a hypothesis to be
+        explained by, before slower quantities are bent to explain it.
+        """
+        components = reduced(self._components(), _AXES)
+        best = max(components, key=lambda component: component.log_weight)
+        alone = all(component.changing is best.changing for component in components)
+        if alone or self._since_branch >= _BRANCH_EVERY:
+            rate = _CHANGE_END_RATE if best.changing else self.drift.tension_changes
+            log_weight = best.log_weight + math.log(rate * self._since_branch)
+            components.append(Component(log_weight, best.mean, best.covariance, not best.changing))
+            self._since_branch = 0.0
+        self._adopt(components)
+
     def _components(self) -> list[Component]:
         return [
-            Component(float(log_weight), member.x, member.P)
-            for log_weight, member in zip(self._log_weights, self._members, strict=True)
+            Component(float(log_weight), member.x, member.P, changing)
+            for log_weight, member, changing in zip(
+                self._log_weights, self._members, self._changing, strict=True
+            )
         ]
 
     def _adopt(self, components: list[Component]) -> None:
@@ -234,6 +230,7 @@ class BeltFilter:
         del self._members[len(components) :]
         for member, component in zip(self._members, components, strict=True):
             member.x, member.P = component.mean, component.covariance
+        self._changing = [component.changing for component in components]
         self._log_weights = np.array([component.log_weight for component in components])
 
     def _summarise(self) -> None:
@@ -243,45 +240,6 @@ class BeltFilter:
             np.stack([member.x for member in self._members]),
             np.stack([member.P for member in self._members]),
         )
-
-    def _move(self, states: _Floats, dt: float) -> _Floats:
-        fading = math.exp(-dt / self.drift.creep_error_time)
-        return propagate(self._constants, states, fading, 1.0 - self._renewed(dt), dt)
-
-    def _process_variance(self, dt: float) -> _Floats:
-        drift, prior = self.drift, self.prior
-        rate = np.zeros(STATES)
-        rate[Index.PULL] = drift.pull * prior.tension
-        rate[Index.DRIVER_TORQUE] = rate[Index.DRIVEN_TORQUE] = drift.torque * self._torque_scale
-        rate[Index.LOG_TENSION] = drift.tension
-        rate[Index.LOG_STIFFNESS] = drift.friction_stiffness
-        rate[Index.LOG_FRICTION] = drift.friction_coefficient
-        variance = rate**2 * dt
-        forgotten = -math.expm1(-2.0 * dt / drift.creep_error_time)
-        variance[Index.CREEP_ERROR] = prior.creep_error_stddev**2 * forgotten
-        variance[Index.UNDEVELOPED] = self._undeveloped_slip() ** 2 * self._renewed(2.0 * dt)
-        return variance
-
-    def _renewed(self, dt: float) -> float:
-        """Share of the belt on the arcs that is replaced in `dt` [s] of travel."""
-        return -math.expm1(-self._rim_speed() * dt / self._arc_length)
-
-    def _rim_speed(self) -> float:
-        return abs(float(self.x[Index.DRIVER_SPEED])) * self._constants.driver_radius
-
-    def _undeveloped_slip(self) -> float:
-        """Return the deviation [-] of slip beside equilibrium while creep develops on the arcs.
-
-        Creep is that of equilibrium at the present pull only once the belt on the arcs has been
-        replaced since the pull changed; until then it may be off by the strain of that change.
-        """
-        behind = float(self.x[Index.PULL]) - self._developed_pull
-        winding = abs(float(self.x[Index.PULL]) - self._recent_pull) / _RECENT
-        winding_speed = _COMPLIANCE_ERROR * self._constants.span_compliance * winding
-        speed = max(self._rim_speed(), winding_speed)
-        if speed == 0.0:
-            return 0.0
-        return abs(behind) / self._constants.axial_stiffness + winding_speed / speed
 
     def _reading(self, measurement: Measurement) -> tuple[_Floats, _Floats, NDArray[np.int64]]:
         """Sensed values that are there, their variances and the states they read."""

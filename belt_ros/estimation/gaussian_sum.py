@@ -17,17 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 _Floats = NDArray[np.float64]
-_NEGLIGIBLE = -25.0  # ln of the relative weight at which a member is dropped
+_NEGLIGIBLE = -18.0  # ln of the relative weight at which a member is dropped
 _ALIKE = 0.1  # squared distance between members, per their own variance, at which they are merged
 
 
 @dataclass
 class Component:
-    """One Gaussian: ln of its weight, mean (n,) and covariance (n, n)."""
+    """One Gaussian: ln of its weight, mean (n,) and covariance (n, n), and the mode it moves in."""
 
     log_weight: float
     mean: _Floats
     covariance: _Floats
+    changing: bool = False
 
 
 def grid(
@@ -87,7 +88,7 @@ def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]
     merged: list[Component] = []
     for component in kept:
         for index, other in enumerate(merged):
-            if _distance(component, other, axes) < _ALIKE:
+            if component.changing is other.changing and _distance(component, other, axes) < _ALIKE:
                 merged[index] = _merge(other, component)
                 break
         else:
@@ -112,4 +113,4 @@ def _merge(a: Component, b: Component) -> Component:
     mean, covariance = mixture_moments(
         weights, np.stack([a.mean, b.mean]), np.stack([a.covariance, b.covariance])
     )
-    return Component(log_weight, mean, covariance)
+    return Component(log_weight, mean, covariance, a.changing)

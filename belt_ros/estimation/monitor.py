@@ -25,9 +25,8 @@ _GATE = 1000.0  # normalised innovation squared per degree of freedom no load st
 _GATED_AT_MOST = 3  # in a row; then it is the filter that is wrong
 _JUMPS_TO_BELIEVE = 3
 _MISFIT_MEMORY = 0.3  # [s]
-_MISFIT_LIMIT = 3.0  # sustained innovation per degree of freedom at which knowledge is widened
 _MISFIT_CLIP = 10.0  # a single surprise, such as a load step, is not sustained
-_LOST = 8.0
+_LOST = 6.0  # sustained innovation per degree of freedom at which the filter counts as lost
 _GROSS_SLIP_MARGIN = 0.01
 _LEARNED = 0.5  # of the prior's standard deviation
 
@@ -155,7 +154,8 @@ class BeltMonitor:
         else:
             self._innovation = self._filter.update(measurement)
         self._gated = 0
-        self._judge_fit(innovation, dt)
+        surprise = min(innovation, _MISFIT_CLIP) - self._misfit
+        self._misfit -= math.expm1(-dt / _MISFIT_MEMORY) * surprise
         return Rejection.NONE
 
     def _jump(self, measurement: Measurement, *, forward: bool) -> Rejection:
@@ -174,14 +174,6 @@ class BeltMonitor:
             self.reset()
             self._filter.start(measurement)
         return Rejection.NONE
-
-    def _judge_fit(self, innovation: float, dt: float) -> None:
-        """Widen what is known of the belt while measurements keep contradicting it."""
-        fading = -math.expm1(-dt / _MISFIT_MEMORY)
-        surprise = min(innovation, _MISFIT_CLIP)
-        self._misfit += fading * (surprise - self._misfit)
-        if self._misfit > _MISFIT_LIMIT:
-            self._filter.widen(fading)
 
     def _describe(self, stamp_ns: int) -> BeltEstimate:
         """Read the estimate off the filter."""

@@ -87,18 +87,19 @@ def _condition(row: _Floats) -> Condition:
 
 @compiled
 def propagate(
-    c: DriveConstants, states: _Floats, error_memory: float, arc_memory: float, dt: float
+    c: DriveConstants, states: _Floats, anchor: _Floats, memory: _Floats, dt: float
 ) -> _Floats:
-    """Advance rows of states by `dt` [s], over which the two slip errors fade by the memories."""
-    out = states.copy()
+    """Advance rows of states by `dt` [s].
+
+    Of what does not move, a share `memory` (11,) of the distance from `anchor` (11,) is left.
+    """
+    out = anchor + memory * (states - anchor)
     for i in range(states.shape[0]):
         row = states[i]
         moved = step_motion(c, Motion(row[0], row[1], row[2]), _condition(row), dt)
         out[i, 0] = moved.driver_speed
         out[i, 1] = moved.driven_speed
         out[i, 2] = moved.pull
-        out[i, 9] = row[9] * error_memory
-        out[i, 10] = row[10] * arc_memory
     return out
 
 

@@ -119,10 +119,11 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
     dim : int
         Number of states.
     propagate : callable
-        Moves an array of states (points, dim) by dt [s] and returns it.
+        Moves an array of states (points, dim) by dt [s] and returns it; takes what `predict` is
+        given beside dt as keywords.
     """
 
-    def __init__(self, dim: int, propagate: Callable[[_Floats, float], _Floats]) -> None:
+    def __init__(self, dim: int, propagate: Callable[..., _Floats]) -> None:
         # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
         # keep every weight positive and alike for mean and covariance, so that the weighted sum
         # is a covariance.
@@ -136,13 +137,14 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
         """Sigma points (2 dim + 1, dim) of the present state."""
         return sigma_points(self.x, self.P, self._spread)
 
-    def compute_process_sigmas(self, dt: float, *_: object, **__: object) -> None:
+    def compute_process_sigmas(self, dt: float, fx: None = None, **fx_args: _Floats) -> None:
         """Draw points from the present state and move them all at once."""
-        self.sigmas_f = self._propagate(self.posterior_points(), dt)
+        assert fx is None, "the process model is given at construction"
+        self.sigmas_f = self._propagate(self.posterior_points(), dt, **fx_args)
 
-    def predict(self, dt: float, **_: object) -> None:
+    def predict(self, dt: float, **fx_args: _Floats) -> None:
         """Advance state and covariance by `dt` [s]; `Q` is the diagonal that `dt` adds."""
-        self.compute_process_sigmas(dt)
+        self.compute_process_sigmas(dt, **fx_args)
         self.x, self.P = moments(self.sigmas_f, self.Wm, self.Q)
 
     def update(self, z: _Floats, variance: _Floats, seen: _Places) -> tuple[float, float]:

@@ -3,7 +3,6 @@
 import math
 from dataclasses import dataclass, replace
 
-from belt_ros.estimation.belt_filter import lognormal
 from belt_ros.mechanics import BeltDrive, solve_equilibrium, torque_capacity
 from belt_ros.settings import DriveSettings
 
@@ -58,8 +57,8 @@ def rate(settings: DriveSettings) -> Rating:
 def _log_spread(settings: DriveSettings) -> float:
     """Return the standard deviation of ln(capacity), tension and friction being log-normal."""
     prior = settings.prior
-    _, tension = lognormal(prior.tension, prior.tension_stddev)
-    _, friction = lognormal(prior.friction_coefficient, prior.friction_coefficient_stddev)
+    tension = _log_normal_spread(prior.tension, prior.tension_stddev)
+    friction = _log_normal_spread(prior.friction_coefficient, prior.friction_coefficient_stddev)
 
     def log_capacity(deviation: float) -> float:
         drive = _with_friction(settings.drive, math.exp(deviation), 1.0)
@@ -67,6 +66,10 @@ def _log_spread(settings: DriveSettings) -> float:
 
     slope = log_capacity(friction) - log_capacity(-friction)
     return math.hypot(tension, 0.5 * slope)  # capacity is proportional to tension
+
+
+def _log_normal_spread(mean: float, stddev: float) -> float:
+    return math.sqrt(math.log1p((stddev / mean) ** 2))
 
 
 def _with_friction(drive: BeltDrive, coefficient: float, stiffness: float) -> BeltDrive:

@@ -33,11 +33,14 @@ _SENSED = np.array(
 _BELT = slice(Index.LOG_TENSION, STATES)
 _AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
 _NODES = (7, 5)
-_WIDTH = 0.6  # of a member, in prior standard deviations
+_WIDTHS = (0.6, 0.6)  # of a member, in prior standard deviations
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
 _CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
+_SURPRISE = 9.0  # innovation squared per degree of freedom at which the load must have jumped
+_LOAD_MEMORY = 0.3  # [s]
+_LEAST_ACTIVITY = 0.01
 _SECONDS = 1e-9
 
 
@@ -73,8 +76,12 @@ class BeltFilter:
         self._members: list[BatchedUnscentedFilter] = []
         self._changing: list[bool] = []
         self._log_weights = np.zeros(0)
+        self._squared = np.zeros(0)
+        self._surprise = np.zeros(0)
+        self._load_activity = 1.0
         self._updates = 0
         self._since_branch = 0.0
+        self._last_dt = 0.0
         self.x = self._prior_mean
         self.covariance = np.diag(self.prior_stddev**2)
 
@@ -86,7 +93,7 @@ class BeltFilter:
     def start(self, measurement: Measurement) -> None:
         """Begin at the prior, at the speeds and torques of `measurement`."""
         self._begin_motion(
-            measurement, grid(self._prior_mean, self.prior_stddev, _AXES, _NODES, _WIDTH)
+            measurement, grid(self._prior_mean, self.prior_stddev, _AXES, _NODES, _WIDTHS)
         )
 
     def resume(self, measurement: Measurement) -> None:
@@ -125,17 +132,37 @@ class BeltFilter:
         """
         assert self.stamp_ns is not None, "start() comes before predict()"
         dt = (measurement.stamp_ns - self.stamp_ns) * _SECONDS
-        settled, changing = self._processes(dt)
         z, variance, seen = self._reading(measurement)
-        least = math.inf
-        for member, is_changing in zip(self._members, self._changing, strict=True):
-            process = changing if is_changing else settled
-            member.Q = process.variance
-            member.predict(dt, memory=process.memory)
-            least = min(least, member.innovation(z, variance, seen))
+        before = self._components()
+        undeveloped = self._follow_creep(dt)
+        self._advance(dt, undeveloped)
+        self._squared = self._innovations_squared(z, variance, seen)
+        if np.min(self._squared) > _SURPRISE * len(seen):
+            # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
+            self._adopt(before)
+            self._load_activity = 1.0
+            self._advance(dt, undeveloped)
+            self._squared = self._innovations_squared(z, variance, seen)
         self.stamp_ns = measurement.stamp_ns
         self._since_branch += dt
-        return least / len(seen)
+        self._last_dt = dt
+        return float(np.min(self._squared)) / len(seen)
+
+    def _innovations_squared(
+        self, z: _Floats, variance: _Floats, seen: NDArray[np.int64]
+    ) -> _Floats:
+        """Each member's innovation squared, normalised by the covariance of the sum.
+
+        Members are compared by what they predict. How uncertain each is of loads and noise says
+        nothing of the belt, and where that is misjudged, it would favour the most certain for ever.
+        """
+        weights = normalised(self._log_weights)
+        innovations = z - np.stack([member.x[seen] for member in self._members])
+        spread = np.stack([member.P[np.ix_(seen, seen)] for member in self._members])
+        covariance = np.tensordot(weights, spread, 1) + np.diag(variance)
+        whitened = np.linalg.solve(covariance, innovations.T)
+        self._surprise = np.square(weights @ innovations) / np.diag(covariance)
+        return np.asarray(np.sum(innovations.T * whitened, axis=0))
 
     def update(self, measurement: Measurement) -> tuple[float, int]:
         """Take in `measurement`, after `predict`.
@@ -146,10 +173,12 @@ class BeltFilter:
             Normalised innovation squared, averaged over the members, and its degrees of freedom.
         """
         z, variance, seen = self._reading(measurement)
-        results = np.array([member.update(z, variance, seen) for member in self._members])
-        self._log_weights = self._log_weights + results[:, 1]
+        for member in self._members:
+            member.update(z, variance, seen)
+        squared = float(normalised(self._log_weights) @ self._squared)
+        self._log_weights = self._log_weights - 0.5 * self._squared
         self._log_weights -= np.max(self._log_weights)
-        squared = float(normalised(self._log_weights) @ results[:, 0])
+        self._follow_load(seen, self._last_dt)
         self._updates += 1
         if self._updates % _REDUCE_EVERY == 0:
             self._reduce()
@@ -178,23 +207,39 @@ class BeltFilter:
             np.stack([covariance for _, covariance in parts]),
         )
 
-    def _processes(self, dt: float) -> tuple[Process, Process]:
-        """Process of a settled and of a changing tension over `dt`."""
+    def _follow_creep(self, dt: float) -> tuple[float, float]:
         speed = abs(float(self.x[Index.DRIVER_SPEED])) * self._constants.driver_radius
-        undeveloped = self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
+        return self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
+
+    def _advance(self, dt: float, undeveloped: tuple[float, float]) -> None:
+        """Move every member by `dt`, as its mode has it."""
         settled, changing = (
             drift_process(
                 self.drift,
                 self.prior_stddev,
                 self._tension_scale,
-                self._constants.driver_radius,
+                self._constants,
+                self._load_activity,
                 undeveloped,
                 dt,
                 changing=changing,
             )
             for changing in (False, True)
         )
-        return settled, changing
+        for member, is_changing in zip(self._members, self._changing, strict=True):
+            process = changing if is_changing else settled
+            member.Q = process.variance
+            member.predict(dt, memory=process.memory)
+
+    def _follow_load(self, seen: NDArray[np.int64], dt: float) -> None:
+        """Fit how fast the load is taken to wander to how well its torque was foretold."""
+        surprise = self._surprise[seen >= Index.DRIVER_TORQUE]
+        if len(surprise) == 0:
+            self._load_activity = 1.0
+            return
+        excess = min(float(np.mean(surprise)), _SURPRISE) - 1.0
+        activity = self._load_activity * math.exp(excess * dt / _LOAD_MEMORY)
+        self._load_activity = min(max(activity, _LEAST_ACTIVITY), 1.0)
 
     def _move(self, states: _Floats, dt: float, memory: _Floats) -> _Floats:
         return propagate(self._constants, states, self._prior_mean, memory, dt)

@@ -32,7 +32,11 @@ class Component:
 
 
 def grid(
-    mean: _Floats, stddev: _Floats, axes: Sequence[int], nodes: Sequence[int], width: float
+    mean: _Floats,
+    stddev: _Floats,
+    axes: Sequence[int],
+    nodes: Sequence[int],
+    widths: Sequence[float],
 ) -> list[Component]:
     """Cover independent normal coordinates by narrower ones on a grid.
 
@@ -42,8 +46,8 @@ def grid(
         Of all coordinates (n,).
     axes, nodes : sequence of int
         The coordinates to cover, and how many members along each.
-    width : float
-        A member's standard deviation along `axes`, relative to the coordinate's.
+    widths : sequence of float
+        A member's standard deviation along each of `axes`, relative to the coordinate's.
 
     Returns
     -------
@@ -51,16 +55,18 @@ def grid(
         Their sum has the mean and, but for the grid's ends, the covariance asked for: nodes are
         weighted by a normal density of variance 1 - width^2.
     """
-    spacing = width / 0.75
-    offsets = [spacing * (np.arange(count) - 0.5 * (count - 1)) for count in nodes]
+    relative = np.asarray(widths)
+    offsets = [
+        width / 0.75 * (np.arange(count) - 0.5 * (count - 1))
+        for count, width in zip(nodes, widths, strict=True)
+    ]
     narrow = stddev.copy()
-    for axis, count in zip(axes, nodes, strict=True):
-        narrow[axis] *= width if count > 1 else 1.0
+    narrow[list(axes)] *= relative
     components = []
     for offset in itertools.product(*offsets):
         centre = mean.copy()
         centre[list(axes)] += np.asarray(offset) * stddev[list(axes)]
-        log_weight = -0.5 * float(np.sum(np.square(offset))) / (1.0 - width**2)
+        log_weight = -0.5 * float(np.sum(np.square(offset) / (1.0 - relative**2)))
         components.append(Component(log_weight, centre, np.diag(narrow**2)))
     return components
 

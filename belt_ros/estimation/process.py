@@ -1,8 +1,8 @@
-"""How the state changes between measurements beside its law of motion: what fades and what is added.
+"""How the state changes between measurements beside its law of motion: what fades, what is added.
 
 What the belt is (tension, kf, mu) and how far the model is off wander about their priors: over `dt`
 each keeps a share of its distance from the prior, its memory, and gains the variance that makes the
-prior the stationary spread. Left without data, an estimate thus returns to its prior and no further.
+prior the stationary spread. Left without data an estimate returns to its prior, and no further.
 """
 
 import math
@@ -103,21 +103,25 @@ def drift_process(
     drift: Drift,
     spread: _Floats,
     tension_scale: float,
-    radius: float,
+    constants: DriveConstants,
+    load_activity: float,
     undeveloped: tuple[float, float],
     dt: float,
     *,
     changing: bool,
 ) -> Process:
-    """What `dt` [s] adds to the law of motion.
+    """Return what `dt` [s] adds to the law of motion.
 
     Parameters
     ----------
     drift : Drift
     spread : ndarray
         Prior standard deviations (11,).
-    tension_scale, radius : float
-        Tension [N], and its lever arm [m], to which the wander of pull and torques is relative.
+    tension_scale : float
+        Tension [N] to which the wander of pull and torques is relative.
+    constants : DriveConstants
+    load_activity : float
+        How fast the outside torques wander, relative to `drift.torque`.
     undeveloped : tuple of float
         From `UndevelopedCreep.advance`.
     dt : float
@@ -140,7 +144,10 @@ def drift_process(
     renewed, spread[Index.UNDEVELOPED] = undeveloped
     memory[Index.UNDEVELOPED] = 1.0 - renewed
     variance = spread**2 * (1.0 - memory**2)
-    variance[Index.PULL] = (drift.pull * tension_scale) ** 2 * dt
-    torque = (drift.torque * tension_scale * radius) ** 2 * dt
+    # A torque that wanders within dt also moves its pulley, and with it the pull.
+    torque = (load_activity * drift.torque * tension_scale * constants.driver_radius) ** 2 * dt
     variance[Index.DRIVER_TORQUE] = variance[Index.DRIVEN_TORQUE] = torque
+    variance[Index.DRIVER_SPEED] = torque * (dt / constants.driver_inertia) ** 2 / 3.0
+    variance[Index.DRIVEN_SPEED] = torque * (dt / constants.driven_inertia) ** 2 / 3.0
+    variance[Index.PULL] = (drift.pull * tension_scale) ** 2 * dt
     return Process(memory, variance)

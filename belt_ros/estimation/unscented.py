@@ -137,9 +137,8 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
         """Sigma points (2 dim + 1, dim) of the present state."""
         return sigma_points(self.x, self.P, self._spread)
 
-    def compute_process_sigmas(self, dt: float, fx: None = None, **fx_args: _Floats) -> None:
+    def compute_process_sigmas(self, dt: float, **fx_args: _Floats) -> None:
         """Draw points from the present state and move them all at once."""
-        assert fx is None, "the process model is given at construction"
         self.sigmas_f = self._propagate(self.posterior_points(), dt, **fx_args)
 
     def predict(self, dt: float, **fx_args: _Floats) -> None:

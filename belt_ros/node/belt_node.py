@@ -252,7 +252,7 @@ class BeltNode(LifecycleNode):
             return response
         self._pipeline.reset()
         response.success = True
-        response.message = f"started anew at the priors, reset {self._pipeline.resets}"
+        response.message = f"started anew at the priors, reset {self._pipeline.health.resets}"
         self.get_logger().info(response.message)
         return response
 

@@ -2,14 +2,16 @@
 
 import signal
 import sys
+import threading
 from collections.abc import Sequence
 
 import rclpy
-from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
 
 from belt_ros.node.belt_node import BeltNode
 
-_WAKE_PERIOD = 1.0  # [s]
+_LONGEST_WAIT = 0.1  # [s] until a signal is noticed while nothing else happens
 
 
 def _make_executor() -> Executor:
@@ -21,31 +23,30 @@ def _make_executor() -> Executor:
     return EventsExecutor()
 
 
-def _spin(executor: Executor) -> None:
-    """Run until shutdown. `EventsExecutor.spin` would do nothing but burn CPU."""
-    try:
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=_WAKE_PERIOD)
-    except ExternalShutdownException:
-        pass
-
-
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the node until it is interrupted; return the exit code.
+    """Run the node until SIGINT or SIGTERM; return the exit code.
 
-    rclpy ends the loop on SIGINT and SIGTERM. Python's own handler would raise at any place, also
-    during teardown, since launch and a shell may both send the signal.
+    The signals only end the loop, however often they come: launch and a shell may both send them.
+    rclpy's own handlers would invalidate the context in the middle of a callback, whose publishing
+    then raises.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    stopping = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopping.set())
     try:
-        rclpy.init(args=None if args is None else list(args))
+        rclpy.init(
+            args=None if args is None else list(args),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
     except RuntimeError as error:  # a parameter file that is not there, a misspelt argument
         sys.stderr.write(f"belt_node: {error}\n")
         return 1
     node = BeltNode()
     executor = _make_executor()
     executor.add_node(node)
-    _spin(executor)
+    # spin() of EventsExecutor would do nothing but burn CPU.
+    while rclpy.ok() and not stopping.is_set():
+        executor.spin_once(timeout_sec=_LONGEST_WAIT)
     executor.shutdown()
     node.destroy_node()
     rclpy.try_shutdown()

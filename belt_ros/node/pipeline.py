@@ -14,6 +14,7 @@ from sensor_msgs.msg import JointState
 from belt_ros.estimation import (
     AlarmStatus,
     BeltEstimate,
+    Health,
     Measurement,
     MonitorOutput,
     Rejection,
@@ -78,9 +79,9 @@ class Pipeline:
         return self._alarm
 
     @property
-    def resets(self) -> int:
-        """How often estimation has started anew."""
-        return self._monitor.health.resets
+    def health(self) -> Health:
+        """What became of the measurements so far."""
+        return self._monitor.health
 
     def begin(self) -> None:
         """Count input, and its absence, from now on."""

@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from rosbags.rosbag2 import ReaderError
+
 
 class BagError(Exception):
     """A bag that cannot be used; the message names the file and what to do."""
@@ -18,5 +20,6 @@ def damage_reported(path: Path, advice: str) -> Iterator[None]:
         raise
     # Parsers of broken bytes fail as struct.error, TypeError, KeyError, zstd's own and many more.
     except Exception as error:
-        reason = str(error).rstrip(".") or type(error).__name__
+        told = isinstance(error, ReaderError | OSError)
+        reason = str(error).rstrip(".") if told else f"unreadable ({type(error).__name__}: {error})"
         raise BagError(f"{path}: {reason}. {advice}") from error

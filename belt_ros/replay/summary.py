@@ -149,8 +149,8 @@ class Tally:
         self._severity_ns = dict.fromkeys(Severity, 0)
         self._extremes: dict[str, Extreme] = {}
 
-    def add(self, output: MonitorOutput) -> None:
-        """Take in what the monitor made of one message."""
+    def add(self, output: MonitorOutput, alarm: AlarmStatus | None) -> None:
+        """Take in what the monitor made of one message; `alarm`: its status where that is news."""
         self.messages += 1
         if output.rejection is not Rejection.NONE:
             self.rejected[output.rejection] += 1
@@ -158,7 +158,7 @@ class Tally:
         assert output.estimate is not None
         self.accepted += 1
         self._spend_time(output.estimate)
-        self._note_alarm(output.estimate, output.alarm)
+        self._note_alarm(alarm)
         self._note_extremes(output.estimate)
         self._last = output.estimate
 
@@ -178,9 +178,7 @@ class Tally:
         self._phase_ns[self._last.phase] += step_ns
         self._severity_ns[self._severity] += step_ns
 
-    def _note_alarm(self, estimate: BeltEstimate, alarm: AlarmStatus | None) -> None:
-        if self._last is not None and estimate.health.resets != self._last.health.resets:
-            self._severity = Severity.NORMAL
+    def _note_alarm(self, alarm: AlarmStatus | None) -> None:
         if alarm is None:
             return
         if self._severity is Severity.NORMAL and alarm.active:

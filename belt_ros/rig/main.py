@@ -22,6 +22,12 @@ class _Stop:
     def _request(self, _number: int, _frame: FrameType | None) -> None:
         self.requested = True
 
+    def settle(self) -> None:
+        """Let no further signal disturb the end of a process that has been told to stop."""
+        if self.requested:
+            for number in (signal.SIGINT, signal.SIGTERM):
+                signal.signal(number, signal.SIG_IGN)
+
     def __call__(self) -> bool:
         return self.requested or not rclpy.ok()
 
@@ -42,6 +48,7 @@ def main(args: list[str] | None = None) -> int:
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
+        stopped.settle()
     return 0
 
 

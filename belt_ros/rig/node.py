@@ -1,5 +1,6 @@
 """The rig as a ROS 2 node that plays a scenario in real time."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -21,7 +22,9 @@ from belt_ros.settings import DriveSettings, load_settings
 # Reliable, so that reliable and best-effort subscribers match alike; deep enough for a hiccup.
 _QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
 _LONGEST_WAIT = 0.1  # [s] until the node next looks whether it is to stop
-_DELIVERY = Duration(seconds=1)
+_LONGEST_NEGLECT = 0.05  # [s] for which a node that is late leaves its services waiting
+_SETTLING = 0.3  # [s] that a subscriber takes to know of the publisher, once this knows of it
+_DELIVERY = Duration(seconds=0.5)
 
 
 class RigNode(Node):
@@ -63,6 +66,7 @@ class RigNode(Node):
         self._truth = self.create_publisher(BeltState, "~/truth", _QOS)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
+        self._last_served = -math.inf
 
     def _path(self, name: str, meaning: str) -> str:
         value: object = self.declare_parameter(name, "", _describe(meaning)).value
@@ -119,24 +123,25 @@ class RigNode(Node):
 
     def _wait_for_subscriber(self, stopped: Callable[[], bool]) -> None:
         end = time.monotonic() + self._patience
-        while not stopped() and self._joint_states.get_subscription_count() == 0:
-            if time.monotonic() >= end:
-                if self._patience > 0.0:
-                    self.get_logger().warning(
-                        f"nobody subscribed to {self._joint_states.topic_name} within "
-                        f"{self._patience:g} s; playing all the same"
-                    )
+        while not stopped() and time.monotonic() < end:
+            if self._joint_states.get_subscription_count() > 0:
+                self._spin_until(time.monotonic() + _SETTLING, stopped)
                 return
             self._executor.spin_once(timeout_sec=0.02)
+        if self._patience > 0.0 and not stopped():
+            self.get_logger().warning(
+                f"nobody subscribed to {self._joint_states.topic_name} within "
+                f"{self._patience:g} s; playing all the same"
+            )
 
     def _spin_until(self, due: float, stopped: Callable[[], bool]) -> None:
-        """Serve the node until `due` (monotonic clock); when late, only what is waiting."""
-        self._executor.spin_once(timeout_sec=0.0)
+        """Serve the node until `due` (monotonic clock); when late, only every now and then."""
         while not stopped():
-            left = due - time.monotonic()
-            if left <= 0.0:
+            now = time.monotonic()
+            if now >= due and now - self._last_served < _LONGEST_NEGLECT:
                 return
-            self._executor.spin_once(timeout_sec=min(left, _LONGEST_WAIT))
+            self._executor.spin_once(timeout_sec=min(max(due - now, 0.0), _LONGEST_WAIT))
+            self._last_served = now
 
     def _publish(self, sample: RigSample) -> None:
         seconds, nanoseconds = divmod(sample.stamp_ns, 1_000_000_000)

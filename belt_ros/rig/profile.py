@@ -41,14 +41,11 @@ class Profile:
     def with_ramp(self, start: float, target: float, duration: float) -> "Profile":
         """Return this profile with a ramp to `target` from `start` [s] on, lasting `duration` [s].
 
-        Points during the ramp give way to it; from its end the line leads to the next point.
+        What the profile said from `start` on gives way to the ramp, whose end is held.
         """
-        end = start + duration
         begin = float(self.at(np.array([start]))[0])
-        before = [point for point in self._points() if point[0] <= start]
-        after = [point for point in self._points() if point[0] > end]
-        points = [*before, (start, begin), (end, target), *after]
-        return Profile(*zip(*points, strict=True))
-
-    def _points(self) -> list[tuple[float, float]]:
-        return list(zip(self.times, self.values, strict=True))
+        kept = sum(time <= start for time in self.times)
+        return Profile(
+            (*self.times[:kept], start, start + duration),
+            (*self.values[:kept], begin, target),
+        )

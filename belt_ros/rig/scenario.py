@@ -1,7 +1,8 @@
 """A scripted run of the rig, from YAML: speed, load, the belt's true condition, faults.
 
 Points are [time, value] pairs joined by straight lines; two at the same time make a step. An event
-moves one quantity from what it then is ``to`` a value ``over`` seconds::
+moves one quantity from what it then is to a value, ``over`` seconds, where it stays until the next
+event of that quantity::
 
     duration: 30.0
     speed: [[0.0, 0.0], [4.0, 120.0]]
@@ -119,10 +120,15 @@ def scenario_from_mapping(values: Mapping[str, object], settings: DriveSettings)
         raise ScenarioError(f"seed is {head['seed']:g}; it must be a whole number")
     events = rest.pop("events", [])
     profiles = {name: _profile(rest, name, settings, head["duration"]) for name in _COMMANDS}
+    scripted_until = {name: profile.times[-1] for name, profile in profiles.items()}
     for event in _sorted_events(events, head["duration"]):
-        profiles[event.quantity] = profiles[event.quantity].with_ramp(
-            event.at, event.target, event.over
-        )
+        name = event.quantity
+        if event.at < scripted_until[name]:
+            raise ScenarioError(
+                f"the event of {name} at {event.at:g} s is before the last point of {name}, at "
+                f"{scripted_until[name]:g} s; an event holds, so write what follows it as events"
+            )
+        profiles[name] = profiles[name].with_ramp(event.at, event.target, event.over)
     tension = profiles["tension"].values[0]
     strong = 2.0 * float(torque_capacity(settings.drive, tension))
     strong *= settings.drive.driver.radius / settings.drive.driven.radius

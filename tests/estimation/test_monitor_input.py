@@ -1,0 +1,174 @@
+"""Bad input: turned away, counted, and survived."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from belt_ros.estimation import AlarmSettings, Drift, Measurement, Rejection, SensorNoise
+from belt_ros.estimation.assumptions import SensorLimits
+
+from .conftest import Runner, assert_sound
+
+PERIOD_NS = 10_000_000
+STEADY = Measurement(0, 120.0, 119.2, 45.0, -45.0)
+
+
+def feed(monitor, count, start_ns=0, **values):
+    output = None
+    for k in range(count):
+        output = monitor.step(
+            dataclasses.replace(STEADY, stamp_ns=start_ns + k * PERIOD_NS, **values)
+        )
+    return output
+
+
+@pytest.fixture
+def monitor(settings):
+    monitor = settings.monitor()
+    feed(monitor, 50)
+    return monitor
+
+
+def test_what_cannot_be_used_is_counted_and_changes_nothing(monitor) -> None:
+    before = monitor.estimate
+    now = 50 * PERIOD_NS
+    for values, reason in (
+        ({"driver_speed": math.nan}, Rejection.NOT_FINITE),
+        ({"driven_torque": math.inf}, Rejection.NOT_FINITE),
+        ({"driven_speed": 1e9}, Rejection.OUT_OF_RANGE),
+        ({"stamp_ns": now - 2 * PERIOD_NS}, Rejection.OUT_OF_ORDER),
+        ({"stamp_ns": now - PERIOD_NS}, Rejection.OUT_OF_ORDER),
+    ):
+        output = monitor.step(dataclasses.replace(STEADY, **({"stamp_ns": now} | values)))
+        assert output.rejection is reason
+        assert output.estimate is before
+        assert monitor.health.last_rejection is reason
+    assert monitor.health.rejections[Rejection.NOT_FINITE] == 2
+    assert monitor.health.rejections[Rejection.OUT_OF_ORDER] == 2
+    assert monitor.health.accepted == 50
+
+
+def test_a_single_spike_is_gated(monitor) -> None:
+    now = 50 * PERIOD_NS
+    spike = monitor.step(dataclasses.replace(STEADY, stamp_ns=now, driven_speed=500.0))
+    assert spike.rejection is Rejection.GATED
+    after = feed(monitor, 5, now + PERIOD_NS)
+    assert after.rejection is Rejection.NONE
+    assert after.estimate.driven_speed.value == pytest.approx(119.2, abs=0.05)
+
+
+def test_a_change_that_stays_is_believed_after_a_few_samples(monitor) -> None:
+    rejected = 0
+    for k in range(10):
+        output = monitor.step(
+            dataclasses.replace(STEADY, stamp_ns=(50 + k) * PERIOD_NS, driven_speed=60.0)
+        )
+        rejected += output.rejection is Rejection.GATED
+    assert rejected <= 3
+    assert output.estimate.driven_speed.value == pytest.approx(60.0, abs=1.0)
+    assert_sound(output.estimate)
+
+
+def test_one_stamp_far_off_is_not_believed(monitor) -> None:
+    for odd in (10**18, -(10**18)):
+        output = monitor.step(dataclasses.replace(STEADY, stamp_ns=odd))
+        assert output.rejection is Rejection.OUT_OF_ORDER
+    assert feed(monitor, 1, 50 * PERIOD_NS).rejection is Rejection.NONE
+    assert monitor.health.resets == 0
+
+
+def test_a_clock_that_jumps_back_resets_once(monitor) -> None:
+    for k in range(100):
+        output = monitor.step(dataclasses.replace(STEADY, stamp_ns=-(10**10) + k * PERIOD_NS))
+        assert_sound(output.estimate)
+    assert monitor.health.resets == 1
+    assert output.rejection is Rejection.NONE
+
+
+def test_a_gap_forward_resumes_with_what_is_known_of_the_belt(run: Runner, settings) -> None:
+    monitor = settings.monitor()
+    taught = run(
+        monitor=monitor,
+        duration=6.0,
+        sample_rate=100.0,
+        seed=2,
+        speed=[[0.0, 0.0], [1.0, 120.0]],
+        load=[[1.5, 0.0], [1.7, 48.0]],
+        condition__tension=440.0,
+        condition__friction_stiffness=6e6,
+    )
+    before = taught.outputs[-1].estimate
+    later = taught.measurements[-1].stamp_ns + 20 * 10**9
+    last = taught.measurements[-1]
+    for k in range(30):
+        output = monitor.step(dataclasses.replace(last, stamp_ns=later + k * PERIOD_NS))
+    assert output.rejection is Rejection.NONE
+    assert monitor.health.resets == 0
+    assert output.estimate.friction_stiffness_log_stddev < 2.0 * max(
+        before.friction_stiffness_log_stddev, 0.05
+    )
+
+
+def test_reset_returns_to_the_priors(monitor) -> None:
+    monitor.reset()
+    assert monitor.estimate is None
+    assert monitor.health.accepted == 0
+    output = feed(monitor, 1, 10**12)
+    assert output.estimate.health.resets == 1
+    assert output.estimate.accumulated_slip.value == 0.0
+
+
+def test_retuning_keeps_what_is_known(monitor) -> None:
+    before = monitor.estimate
+    monitor.retune(
+        SensorNoise(speed_absolute=0.5), Drift(), SensorLimits(greatest_speed=50.0), AlarmSettings()
+    )
+    assert monitor.estimate is before
+    assert feed(monitor, 1, 50 * PERIOD_NS).rejection is Rejection.OUT_OF_RANGE
+
+
+def test_the_same_measurements_give_the_same_bits(settings) -> None:
+    first, second = settings.monitor(), settings.monitor()
+    rng = np.random.default_rng(0)
+    for k in range(100):
+        noise = 1e-2 * rng.standard_normal(4)
+        m = Measurement(
+            k * PERIOD_NS, 120 + noise[0], 119.2 + noise[1], 45 + noise[2], -45 + noise[3]
+        )
+        assert first.step(m) == second.step(m)
+
+
+HOSTILE = st.one_of(
+    st.floats(),
+    st.floats(-300.0, 300.0),
+    st.sampled_from([0.0, -0.0, 1e-308, 1e4, -1e4, 1e6, math.nan, math.inf]),
+)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(
+    st.lists(
+        st.tuples(
+            st.one_of(st.integers(1, 10**8), st.integers(-(2**63), 2**63 - 1)),
+            HOSTILE,
+            HOSTILE,
+            HOSTILE,
+            HOSTILE,
+        ),
+        max_size=25,
+    )
+)
+def test_no_sequence_of_messages_raises_or_gives_nan(settings, messages) -> None:
+    monitor = settings.monitor()
+    now = 0
+    for step, *values in messages:
+        now = now + step if 0 < step <= 10**8 else step
+        output = monitor.step(Measurement(now, *values))
+        if output.estimate is not None:
+            assert_sound(output.estimate)
+    health = monitor.health
+    assert health.accepted + sum(health.rejections) <= len(messages)

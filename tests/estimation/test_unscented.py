@@ -1,0 +1,109 @@
+"""The compiled filter against filterpy's stock class with a plain model."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+
+from belt_ros.estimation.state import STATES, propagate
+from belt_ros.estimation.unscented import BatchedUnscentedFilter, sigma_points, take_in
+from belt_ros.mechanics import Belt, BeltDrive, Pulley
+from belt_ros.mechanics.creep import drive_constants
+
+PULLEY = Pulley(0.08125, np.pi, 1.2, 8.1e7, 0.05)
+CONSTANTS = drive_constants(BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105))
+ANCHOR = np.zeros(STATES)
+MEMORY = np.ones(STATES)
+X = np.array([120.0, 119.2, 500.0, 41.0, -41.0, np.log(435.0), np.log(8e7), 0.18, 0, 0, 0])
+DEVIATION = np.array([0.01, 0.01, 20.0, 1.0, 1.0, 0.05, 0.2, 0.03, 1e-4, 0.01, 1e-3])
+SEEN = np.array([0, 1, 3, 4])
+VARIANCE = np.array([0.012, 0.012, 0.3, 0.3]) ** 2
+DT = 0.01
+
+
+def batched() -> BatchedUnscentedFilter:
+    filter_ = BatchedUnscentedFilter(
+        STATES, lambda states, dt: propagate(CONSTANTS, states, ANCHOR, MEMORY, dt)
+    )
+    filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
+    filter_.Q = (0.01 * DEVIATION) ** 2
+    return filter_
+
+
+def stock() -> UnscentedKalmanFilter:
+    filter_ = UnscentedKalmanFilter(
+        STATES,
+        len(SEEN),
+        DT,
+        hx=lambda x: x[SEEN],
+        fx=lambda x, dt: propagate(CONSTANTS, x[None, :], ANCHOR, MEMORY, dt)[0],
+        points=MerweScaledSigmaPoints(STATES, 1.0, 0.0, 1.0),
+    )
+    filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
+    filter_.Q = np.diag((0.01 * DEVIATION) ** 2)
+    filter_.R = np.diag(VARIANCE)
+    return filter_
+
+
+def test_it_equals_the_stock_filter_over_many_steps() -> None:
+    ours, theirs = batched(), stock()
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        z = X[SEEN] + np.sqrt(VARIANCE) * rng.standard_normal(4)
+        ours.predict(DT)
+        theirs.predict(DT)
+        ours.update(z, VARIANCE, SEEN)
+        theirs.update(z)
+        scale = np.sqrt(np.diag(theirs.P))
+        np.testing.assert_allclose(ours.x, theirs.x, rtol=1e-9, atol=1e-9 * scale.max())
+        np.testing.assert_allclose(
+            ours.P / scale / scale[:, None], theirs.P / scale / scale[:, None], atol=1e-9
+        )
+
+
+def test_its_likelihood_is_that_of_the_joint_innovation() -> None:
+    filter_ = batched()
+    filter_.predict(DT)
+    z = X[SEEN] + np.array([0.01, -0.02, 0.3, 0.1])
+    innovation = z - filter_.x[SEEN]
+    covariance = filter_.P[np.ix_(SEEN, SEEN)] + np.diag(VARIANCE)
+    squared, likelihood = filter_.update(z, VARIANCE, SEEN)
+    expected = innovation @ np.linalg.solve(covariance, innovation)
+    assert squared == pytest.approx(expected, rel=1e-9)
+    determinant = np.linalg.slogdet(2 * np.pi * covariance)[1]
+    assert likelihood == pytest.approx(-0.5 * (expected + determinant), rel=1e-9)
+
+
+def test_missing_sensors_leave_what_they_do_not_touch() -> None:
+    covariance = np.diag(DEVIATION**2)
+    x, p, squared, _ = take_in(
+        X, covariance, np.array([121.0]), np.array([1e-4]), np.array([0])
+    )
+    assert x[0] != X[0]
+    np.testing.assert_array_equal(x[1:], X[1:])
+    assert np.all(np.diag(p)[1:] == np.diag(covariance)[1:])
+    assert squared > 1.0
+
+
+def test_points_of_a_covariance_that_rounding_made_indefinite_are_finite() -> None:
+    covariance = np.ones((3, 3))
+    covariance[0, 1] = covariance[1, 0] = 1.0 + 1e-12
+    points = sigma_points(np.zeros(3), covariance, 4.0)
+    assert np.all(np.isfinite(points))
+    assert points.shape == (7, 3)
+
+
+def test_points_reproduce_mean_and_covariance() -> None:
+    rng = np.random.default_rng(1)
+    root = rng.standard_normal((STATES, STATES)) * DEVIATION[:, None]
+    covariance = root @ root.T
+    points = sigma_points(X, covariance, STATES + 1.0)
+    weights = np.full(2 * STATES + 1, 0.5 / (STATES + 1.0))
+    weights[0] = 1.0 / (STATES + 1.0)
+    spread = points - X
+    np.testing.assert_allclose(weights @ points, X, rtol=1e-12, atol=1e-15)
+    scale = np.sqrt(np.diag(covariance))
+    np.testing.assert_allclose(
+        (spread.T * weights) @ spread / scale / scale[:, None],
+        covariance / scale / scale[:, None],
+        atol=1e-9,
+    )

@@ -4,12 +4,11 @@ Conditions are judged by probability, not by the estimate alone: a margin that t
 raises nothing. Time is that of the estimates. The alarm advises; it is no safety function.
 """
 
-import math
 from dataclasses import dataclass
 from enum import IntEnum
 
 from belt_ros.estimation.assumptions import setting
-from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity
+from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity, probability_below
 
 _SECONDS = 1e-9
 
@@ -80,13 +79,6 @@ class AlarmStatus:
         return self.severity > Severity.NORMAL
 
 
-def probability_below(quantity: Quantity, limit: float) -> float:
-    """Probability that a normally distributed quantity lies below `limit`."""
-    if quantity.stddev <= 0.0:
-        return 1.0 if quantity.value < limit else 0.0
-    return 0.5 * math.erfc((quantity.value - limit) / (quantity.stddev * math.sqrt(2.0)))
-
-
 class _Timer:
     """One condition at one severity: on- and off-delay, and the deadband between them."""
 
@@ -135,6 +127,7 @@ class SlipAlarm:
         self._severity = Severity.NORMAL
         self._latched = Severity.NORMAL
         self._acknowledged = True
+        self._announced = False
         self._count = 0
         self._first_ns = 0
         self._last_ns = 0
@@ -150,11 +143,12 @@ class SlipAlarm:
         return self._status(estimate)
 
     def update(self, estimate: BeltEstimate) -> AlarmStatus | None:
-        """Judge `estimate`; return the new status if anything changed."""
-        before = (self._condition, self._severity, self._latched)
+        """Judge `estimate`; return the status if anything changed, and the first time."""
+        before = (self._condition, self._severity, self._latched) if self._announced else None
+        was = self._severity
         self._judge(estimate)
         if self._severity > Severity.NORMAL:
-            if before[1] is Severity.NORMAL:
+            if was is Severity.NORMAL:
                 self._count += 1
                 self._first_ns = estimate.stamp_ns
             self._last_ns = estimate.stamp_ns
@@ -163,6 +157,7 @@ class SlipAlarm:
             self._acknowledged = False
         if (self._condition, self._severity, self._latched) == before:
             return None
+        self._announced = True
         return self._status(estimate)
 
     def _judge(self, estimate: BeltEstimate) -> None:

@@ -6,11 +6,13 @@ there is no clock here.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
+from belt_ros.estimation.estimate import Quantity, probability_below
 from belt_ros.estimation.gaussian_sum import (
     Component,
     grid,
@@ -19,8 +21,8 @@ from belt_ros.estimation.gaussian_sum import (
     reduced,
 )
 from belt_ros.estimation.measurement import Measurement
-from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
-from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read
+from belt_ros.estimation.process import UndevelopedCreep, drift_process, prior_state
+from belt_ros.estimation.state import READINGS, STATES, Index, Reading, propagate, read
 from belt_ros.estimation.unscented import BatchedUnscentedFilter, moments
 from belt_ros.mechanics.creep import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
@@ -42,6 +44,29 @@ _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load mu
 _LOAD_MEMORY = 0.3  # [s]
 _LEAST_ACTIVITY = 0.01
 _SECONDS = 1e-9
+
+
+class Readings(NamedTuple):
+    """What is read off the members: their weights (k,), means and deviations (k, 11)."""
+
+    weights: _Floats
+    means: _Floats
+    deviations: _Floats
+
+    def quantity(self, place: Reading) -> Quantity:
+        """Mean and standard deviation of one reading over all members."""
+        means = self.means[:, place]
+        mean = float(self.weights @ means)
+        variance = self.weights @ (self.deviations[:, place] ** 2 + (means - mean) ** 2)
+        return Quantity(mean, math.sqrt(float(variance)))
+
+    def probability_below(self, place: Reading, limit: float) -> float:
+        """Probability that one reading lies below `limit`, over all members."""
+        each = [
+            probability_below(Quantity(mean, deviation), limit)
+            for mean, deviation in zip(self.means[:, place], self.deviations[:, place], strict=True)
+        ]
+        return float(self.weights @ np.array(each))
 
 
 class BeltFilter:
@@ -185,8 +210,8 @@ class BeltFilter:
         self._summarise()
         return squared, len(seen)
 
-    def readings(self, slowest: float) -> tuple[_Floats, _Floats]:
-        """Mean (11,) and covariance (11, 11) of `state.Reading`, by unscented transform.
+    def readings(self, slowest: float) -> Readings:
+        """Read off what `state.Reading` lists, by unscented transform of every member that counts.
 
         `slowest` is the rim speed [m/s] below which slip is referred to it.
         """
@@ -201,10 +226,10 @@ class BeltFilter:
             )
             for i in shown
         ]
-        return mixture_moments(
+        return Readings(
             weights[shown] / np.sum(weights[shown]),
             np.stack([mean for mean, _ in parts]),
-            np.stack([covariance for _, covariance in parts]),
+            np.stack([np.sqrt(np.maximum(np.diag(covariance), 0.0)) for _, covariance in parts]),
         )
 
     def _follow_creep(self, dt: float) -> tuple[float, float]:
@@ -228,8 +253,9 @@ class BeltFilter:
         )
         for member, is_changing in zip(self._members, self._changing, strict=True):
             process = changing if is_changing else settled
-            member.Q = process.variance
-            member.predict(dt, memory=process.memory)
+            member.fade(self._prior_mean, process.memory, process.belt_variance)
+            member.Q = process.motion_variance
+            member.predict(dt)
 
     def _follow_load(self, seen: NDArray[np.int64], dt: float) -> None:
         """Fit how fast the load is taken to wander to how well its torque was foretold."""
@@ -241,8 +267,8 @@ class BeltFilter:
         activity = self._load_activity * math.exp(excess * dt / _LOAD_MEMORY)
         self._load_activity = min(max(activity, _LEAST_ACTIVITY), 1.0)
 
-    def _move(self, states: _Floats, dt: float, memory: _Floats) -> _Floats:
-        return propagate(self._constants, states, self._prior_mean, memory, dt)
+    def _move(self, states: _Floats, dt: float) -> _Floats:
+        return propagate(self._constants, states, dt)
 
     def _reduce(self) -> None:
         """Drop and merge members; now and then let the best begin, or end, a change of tension.

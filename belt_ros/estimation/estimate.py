@@ -1,5 +1,6 @@
 """What the estimator says of a drive at one instant, each quantity with its standard deviation."""
 
+import math
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import NamedTuple
@@ -36,6 +37,13 @@ class Quantity(NamedTuple):
     def interval(self, sigmas: float = 1.96) -> tuple[float, float]:
         """Return the lower and upper bound at `sigmas` standard deviations (1.96: 95 %)."""
         return self.value - sigmas * self.stddev, self.value + sigmas * self.stddev
+
+
+def probability_below(quantity: Quantity, limit: float) -> float:
+    """Probability that a normally distributed quantity lies below `limit`."""
+    if quantity.stddev <= 0.0:
+        return 1.0 if quantity.value < limit else 0.0
+    return 0.5 * math.erfc((quantity.value - limit) / (quantity.stddev * math.sqrt(2.0)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,10 +8,7 @@ monitor then starts anew (a looping bag), forwards it resumes with what it knows
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm, probability_below
+from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.estimate import BeltEstimate, Health, Knowledge, Phase, Quantity
@@ -19,7 +16,6 @@ from belt_ros.estimation.measurement import Measurement, Rejection, check_measur
 from belt_ros.estimation.state import Index, Reading
 from belt_ros.mechanics.drive import BeltDrive
 
-_Floats = NDArray[np.float64]
 _SECONDS = 1e-9
 _GATE = 1000.0  # normalised innovation squared per degree of freedom no load step explains
 _GATED_AT_MOST = 3  # in a row; then it is the filter that is wrong
@@ -178,11 +174,8 @@ class BeltMonitor:
     def _describe(self, stamp_ns: int) -> BeltEstimate:
         """Read the estimate off the filter."""
         f = self._filter
-        mean, covariance = f.readings(self.limits.standstill_speed)
-        deviation = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-
-        def read(place: Reading) -> Quantity:
-            return Quantity(float(mean[place]), float(deviation[place]))
+        readings = f.readings(self.limits.standstill_speed)
+        read = readings.quantity
 
         def state(place: Index) -> Quantity:
             return Quantity(float(f.x[place]), math.sqrt(float(f.covariance[place, place])))
@@ -192,12 +185,11 @@ class BeltMonitor:
             median = math.exp(value)
             return Quantity(median, median * math.sqrt(math.expm1(min(spread**2, 100.0))))
 
-        margin = read(Reading.MARGIN)
-        sliding = probability_below(margin, _GROSS_SLIP_MARGIN)
+        sliding = readings.probability_below(Reading.MARGIN, _GROSS_SLIP_MARGIN)
         log_stiffness = state(Index.LOG_STIFFNESS)
         return BeltEstimate(
             stamp_ns=stamp_ns,
-            phase=self._phase(mean, sliding),
+            phase=self._phase(read(Reading.SLIP).value, sliding),
             driver_speed=state(Index.DRIVER_SPEED),
             driven_speed=state(Index.DRIVEN_SPEED),
             transmitted_torque=read(Reading.TRANSMITTED_TORQUE),
@@ -215,7 +207,7 @@ class BeltMonitor:
             creep_model_error=state(Index.CREEP_ERROR),
             driven_transition_angle=read(Reading.DRIVEN_TRANSITION),
             driver_transition_angle=read(Reading.DRIVER_TRANSITION),
-            margin=margin,
+            margin=read(Reading.MARGIN),
             gross_slip_probability=sliding,
             tension_knowledge=self._knowledge(Index.LOG_TENSION),
             friction_stiffness_knowledge=self._knowledge(Index.LOG_STIFFNESS),
@@ -232,7 +224,7 @@ class BeltMonitor:
                 self._travel_variance += (slip_speed.stddev * dt) ** 2
         return Quantity(self._travel_lost, math.sqrt(self._travel_variance))
 
-    def _phase(self, mean: _Floats, sliding: float) -> Phase:
+    def _phase(self, slip: float, sliding: float) -> Phase:
         x = self._filter.x
         driver_rim = x[Index.DRIVER_SPEED] * self._driver_radius
         driven_rim = x[Index.DRIVEN_SPEED] * self._driven_radius
@@ -242,7 +234,7 @@ class BeltMonitor:
             return Phase.STANDSTILL
         if sliding > 0.5:
             return Phase.GROSS_SLIP
-        if driver_rim * x[Index.PULL] < 0.0 and mean[Reading.SLIP] < 0.0:
+        if driver_rim * x[Index.PULL] < 0.0 and slip < 0.0:
             return Phase.REGENERATING
         return Phase.REVERSE if driver_rim < 0.0 else Phase.RUNNING
 

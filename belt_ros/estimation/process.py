@@ -27,7 +27,8 @@ class Process(NamedTuple):
     """What a step adds to the law of motion, per state."""
 
     memory: _Floats  # share of the distance from the prior that is kept (11,)
-    variance: _Floats  # added (11,)
+    belt_variance: _Floats  # added to what the belt is, before the motion (11,)
+    motion_variance: _Floats  # added to what moves, after it (11,)
 
 
 def lognormal(mean: float, stddev: float) -> tuple[float, float]:
@@ -143,11 +144,12 @@ def drift_process(
     memory = np.exp(-rate * dt)
     renewed, spread[Index.UNDEVELOPED] = undeveloped
     memory[Index.UNDEVELOPED] = 1.0 - renewed
-    variance = spread**2 * (1.0 - memory**2)
+    belt_variance = spread**2 * (1.0 - memory**2)
+    variance = np.zeros(STATES)
     # A torque that wanders within dt also moves its pulley, and with it the pull.
     torque = (load_activity * drift.torque * tension_scale * constants.driver_radius) ** 2 * dt
     variance[Index.DRIVER_TORQUE] = variance[Index.DRIVEN_TORQUE] = torque
     variance[Index.DRIVER_SPEED] = torque * (dt / constants.driver_inertia) ** 2 / 3.0
     variance[Index.DRIVEN_SPEED] = torque * (dt / constants.driven_inertia) ** 2 / 3.0
     variance[Index.PULL] = (drift.pull * tension_scale) ** 2 * dt
-    return Process(memory, variance)
+    return Process(memory, belt_variance, variance)

@@ -86,14 +86,9 @@ def _condition(row: _Floats) -> Condition:
 
 
 @compiled
-def propagate(
-    c: DriveConstants, states: _Floats, anchor: _Floats, memory: _Floats, dt: float
-) -> _Floats:
-    """Advance rows of states by `dt` [s].
-
-    Of what does not move, a share `memory` (11,) of the distance from `anchor` (11,) is left.
-    """
-    out = anchor + memory * (states - anchor)
+def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
+    """Advance what moves in rows of states by `dt` [s]."""
+    out = states.copy()
     for i in range(states.shape[0]):
         row = states[i]
         moved = step_motion(c, Motion(row[0], row[1], row[2]), _condition(row), dt)

@@ -119,11 +119,10 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
     dim : int
         Number of states.
     propagate : callable
-        Moves an array of states (points, dim) by dt [s] and returns it; takes what `predict` is
-        given beside dt as keywords.
+        Moves an array of states (points, dim) by dt [s] and returns it.
     """
 
-    def __init__(self, dim: int, propagate: Callable[..., _Floats]) -> None:
+    def __init__(self, dim: int, propagate: Callable[[_Floats, float], _Floats]) -> None:
         # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
         # keep every weight positive and alike for mean and covariance, so that the weighted sum
         # is a covariance.
@@ -137,13 +136,23 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
         """Sigma points (2 dim + 1, dim) of the present state."""
         return sigma_points(self.x, self.P, self._spread)
 
-    def compute_process_sigmas(self, dt: float, **fx_args: _Floats) -> None:
-        """Draw points from the present state and move them all at once."""
-        self.sigmas_f = self._propagate(self.posterior_points(), dt, **fx_args)
+    def fade(self, anchor: _Floats, memory: _Floats, added: _Floats) -> None:
+        """Keep a share `memory` (dim,) of the distance from `anchor` (dim,), and add variance.
 
-    def predict(self, dt: float, **fx_args: _Floats) -> None:
+        What has so changed takes part in the motion that `predict` follows with.
+        """
+        x: _Floats = self.x
+        covariance: _Floats = self.P
+        self.x = anchor + memory * (x - anchor)
+        self.P = covariance * memory * memory[:, None] + np.diag(added)
+
+    def compute_process_sigmas(self, dt: float, *_: object) -> None:
+        """Draw points from the present state and move them all at once."""
+        self.sigmas_f = self._propagate(self.posterior_points(), dt)
+
+    def predict(self, dt: float, *_: object) -> None:
         """Advance state and covariance by `dt` [s]; `Q` is the diagonal that `dt` adds."""
-        self.compute_process_sigmas(dt, **fx_args)
+        self.compute_process_sigmas(dt)
         self.x, self.P = moments(self.sigmas_f, self.Wm, self.Q)
 
     def update(self, z: _Floats, variance: _Floats, seen: _Places) -> tuple[float, float]:
@@ -157,7 +166,3 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
         self.x, self.P, squared, log_determinant = take_in(self.x, self.P, z, variance, seen)
         likelihood = -0.5 * (squared + log_determinant + len(z) * math.log(2.0 * math.pi))
         return squared, likelihood
-
-    def innovation(self, z: _Floats, variance: _Floats, seen: _Places) -> float:
-        """Normalised innovation squared of readings not yet taken in."""
-        return float(take_in(self.x, self.P, z, variance, seen)[2])

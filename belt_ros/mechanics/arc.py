@@ -181,6 +181,23 @@ def _traction_of_gradient(inverse: float, a: float, wrap: float) -> tuple[float,
 
 
 @compiled
+def _compliant_slope(d: float, a: float, wrap: float, transition: float, restick: float) -> float:
+    """Return dD / d traction of a sliding driven arc with a >= 1."""
+    transition_slope = 1.0 / (d * _gradient_log_slope(transition, a, 1))
+    if math.isnan(restick):
+        return 1.0 / (_two_zone_slope(transition, a, 1) * transition_slope)
+    half_sinh = math.sinh(0.5 * transition)
+    stretch = 2.0 * half_sinh * half_sinh
+    log_w1_slope = (stretch + d * math.sinh(transition) * transition_slope) / (1.0 + d * stretch)
+    log_w2_slope = 1.0 / (d - 1.0)
+    restick_slope = transition_slope + (log_w2_slope - log_w1_slope) / a
+    rest = wrap - restick
+    cosh, sinh = math.cosh(rest), math.sinh(rest)
+    growth = a * a * cosh + a * sinh - (a - 1.0) * (a + 1.0)
+    return 1.0 / (log_w2_slope - restick_slope * (a * a * sinh + a * cosh) / growth)
+
+
+@compiled
 def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
     """Driven arc with a >= 1: solve for 1/D, in which the traction falls monotonically."""
     critical = math.atanh(1.0 / a) if a > 1.0 else math.inf
@@ -209,9 +226,7 @@ def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
             break
         x = candidate
     _, transition, restick = _traction_of_gradient(x, a, wrap)
-    nudge = 1e-6 * x
-    rise = _traction_of_gradient(x - nudge, a, wrap)[0] - traction
-    slope = (nudge / (x * x)) / rise if rise > 0.0 else math.inf
+    slope = _compliant_slope(1.0 / x, a, wrap, transition, restick)
     return ArcState(1.0 / x, slope, transition, restick)
 
 
@@ -320,6 +335,12 @@ def solve_arc(
     sigma, r, phi, mu, kf, ea, m, v, t_in, t_out = arrays
     _check_positive(("radius", r), ("wrap angle", phi), ("friction coefficient mu", mu))
     _check_positive(("friction stiffness kf", kf), ("axial stiffness EA", ea))
+    if np.any(bad := ~np.isin(sigma, (Role.DRIVEN, Role.DRIVER))):
+        raise DriveError(f"role is {_first_bad(bad, sigma)[0]:g}; it must be 1 or -1")
+    if np.any(bad := ~(np.isfinite(m) & (m >= 0.0))):
+        raise DriveError(
+            f"mass per length is {_first_bad(bad, m)[0]:g}; it must be finite and >= 0"
+        )
     stiffness = ea - m * v**2
     if np.any(bad := ~(stiffness > 0.0)):
         speed, limit = _first_bad(bad, v, np.sqrt(ea / m))
@@ -342,11 +363,12 @@ def solve_arc(
     groups = np.stack([traction, mu / (r * root), root * r * phi], axis=-1).reshape(-1, 3)
     solved = _solve_many(groups, sigma.astype(np.int64).ravel())
     gradient, transition, restick = (column.reshape(r.shape) for column in solved.T)
+    elastic_only = transition >= root * r * phi
     return ArcSolution(
-        transition_angle=np.minimum(transition / (root * r), phi),
+        transition_angle=np.where(elastic_only, phi, transition / (root * r)),
         restick_angle=restick / (root * r),
         inlet_strain_gradient=sigma * gradient * w_in / stiffness,
-        elastic_only=transition >= root * r * phi,
+        elastic_only=elastic_only,
     )
 
 

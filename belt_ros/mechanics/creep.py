@@ -6,8 +6,12 @@ back. Mass is conserved round the loop, so with the inlet gradients u' of both a
 
     (rim speed received)/(rim speed given) = (1 - u_r')/(1 - u_g') * (1 + T_L/EA)/(1 + T_H/EA)
 
-and creep = 1 - that ratio. It rises with the pull, without bound at the capacity; inverted, pull
-is therefore defined and monotone for every creep, gross slip included.
+and creep = 1 - that ratio. Belt inertia is taken at one speed, the driver's rim speed in all that
+uses this; the belt's own differs from it by the creep. The effective tensions then differ by
+(1 - m v^2/EA) times the pull between either pulley's ends, and both have the same capacity law.
+
+Creep rises with the pull, without bound at the capacity; inverted, pull is therefore defined and
+monotone for every creep, gross slip included.
 
 These are the compiled scalar functions that equilibrium, rig and estimator share.
 """
@@ -149,7 +153,6 @@ def creep(
     kf: float,
     speed: float,
     driven_receives: bool,
-    passes: int,
 ) -> Creep:
     """Creep at an effective pull.
 
@@ -163,11 +166,9 @@ def creep(
     mu, kf : float
         Of the driven pulley [-], [N/m2]; the driver's follow by the constants' ratios.
     speed : float
-        Rim speed of the giving pulley [m/s], >= 0.
+        Of the belt [m/s], for its inertia.
     driven_receives : bool
         True when power flows from driver to driven pulley.
-    passes : int
-        1 takes belt inertia at rim speed; more iterate it to the belt's own speed at either inlet.
 
     Returns
     -------
@@ -176,51 +177,37 @@ def creep(
     """
     driven, driver = _contacts(c, mu, kf)
     receiving, giving = (driven, driver) if driven_receives else (driver, driven)
-    ea, m, fall = c.axial_stiffness, c.mass_per_length, c.slack_share
-    slack = tension - fall * pull
-    tight = slack + pull
+    lift = c.mass_per_length * speed * speed
+    stiffness = c.axial_stiffness - lift
+    slack = tension - c.slack_share * pull
+    rise = stiffness / c.axial_stiffness
+    w_slack = slack - lift
+    w_tight = w_slack + rise * pull
+    if not (stiffness > 0.0 and w_slack > 0.0):
+        return Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
+    ratio = rise * pull / w_slack
+    arc_r = _scaled_arc(receiving, stiffness, ratio, 1)
+    arc_g = _scaled_arc(giving, stiffness, ratio, -1)
+    u_r = arc_r.gradient * w_slack / stiffness
+    u_g = -arc_g.gradient * w_tight / stiffness
+    if not (math.isfinite(u_r) and math.isfinite(u_g)):
+        return Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
+    tight_slope = rise - c.slack_share
+    traction_slope = tight_slope / w_tight + c.slack_share / w_slack
+    du_r = (arc_r.slope * traction_slope * w_slack - arc_r.gradient * c.slack_share) / stiffness
+    du_g = -(arc_g.slope * traction_slope * w_tight + arc_g.gradient * tight_slope) / stiffness
     strain = _strain(c, pull, slack)
-    tight_speed = speed
-    slack_speed = speed
-    result = Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
-    for _ in range(passes):
-        k_r = ea - m * slack_speed * slack_speed
-        k_g = ea - m * tight_speed * tight_speed
-        w_r = slack - m * slack_speed * slack_speed
-        w_g = tight - m * tight_speed * tight_speed
-        out_r = w_r + k_r / ea * pull
-        out_g = w_g - k_g / ea * pull
-        if not (k_r > 0.0 and k_g > 0.0 and w_r > 0.0 and out_g > 0.0):
-            return result
-        arc_r = _scaled_arc(receiving, k_r, k_r / ea * pull / w_r, 1)
-        arc_g = _scaled_arc(giving, k_g, k_g / ea * pull / out_g, -1)
-        u_r = arc_r.gradient * w_r / k_r
-        u_g = -arc_g.gradient * w_g / k_g
-        if not (math.isfinite(u_r) and math.isfinite(u_g)):
-            return result
-        rise_r = (k_r / ea - fall) / out_r + fall / w_r
-        rise_g = (1.0 - fall) / w_g - (1.0 - fall - k_g / ea) / out_g
-        du_r = (arc_r.slope * rise_r * w_r - arc_r.gradient * fall) / k_r
-        if u_r <= 1.0:
-            drag = 1.0 / (1.0 - u_g)
-            slip = (u_r * strain.ratio - u_g + strain.deficit) * drag
-            slope = (du_r * strain.ratio - (1.0 - u_r) * strain.slope) * drag
-            du_g = (arc_g.slope * rise_g * w_g + arc_g.gradient * (1.0 - fall)) / k_g
-            slope += (1.0 - u_r) * strain.ratio * drag * drag * du_g
-        else:
-            # The receiving pulley is pushed backwards. Only its own sliding counts from here on,
-            # which keeps slip rising with the pull.
-            slip = 1.0 + (u_r - 1.0) * strain.ratio
-            slope = du_r * strain.ratio + (u_r - 1.0) * strain.slope
-        result = Creep(slip, slope, arc_r.transition, arc_g.transition, arc_r.restick, u_r, u_g)
-        # A giving pulley in gross slip no longer carries the belt along; where the belt's speed
-        # then settles is a matter of motion, not of equilibrium.
-        before = tight_speed
-        tight_speed = speed / (1.0 - max(u_g, -0.1))
-        slack_speed = tight_speed * strain.ratio
-        if m == 0.0 or abs(tight_speed - before) <= 1e-15 * speed:
-            break
-    return result
+    if u_r <= 1.0:
+        drag = 1.0 / (1.0 - u_g)
+        slip = (u_r * strain.ratio - u_g + strain.deficit) * drag
+        slope = (du_r * strain.ratio - (1.0 - u_r) * strain.slope) * drag
+        slope -= (1.0 - u_r) * strain.ratio * drag * drag * du_g
+    else:
+        # The receiving pulley is pushed backwards. Only its own sliding counts from here on,
+        # which keeps slip rising with the pull.
+        slip = 1.0 + (u_r - 1.0) * strain.ratio
+        slope = du_r * strain.ratio + (u_r - 1.0) * strain.slope
+    return Creep(slip, slope, arc_r.transition, arc_g.transition, arc_r.restick, u_r, u_g)
 
 
 @compiled
@@ -234,7 +221,6 @@ def pull_at_creep(
     kf: float,
     speed: float,
     driven_receives: bool,
-    passes: int,
 ) -> float:
     """Pull [N] in [0, capacity) at which weight * pull + slip(pull) = load.
 
@@ -244,7 +230,7 @@ def pull_at_creep(
     """
     if not load > 0.0:
         return 0.0
-    capacity = pull_capacity(c, tension, mu, speed if passes == 1 else speed / 1.1)
+    capacity = pull_capacity(c, tension, mu, speed)
     low = 0.0
     high = capacity * (1.0 - _NEAREST_TO_CAPACITY)
     if weight > 0.0:
@@ -255,14 +241,14 @@ def pull_at_creep(
     enough = (2e-16 if weight == 0.0 else 1e-10) * capacity
     x = min(max(start, 0.0), high)
     for _ in range(_SOLVE_STEPS):
-        state = creep(c, x, tension, mu, kf, speed, driven_receives, passes)
+        state = creep(c, x, tension, mu, kf, speed, driven_receives)
         error = weight * x + state.slip - load
         if error > 0.0:
             high = x
         else:
             low = x
         candidate = x - error / (weight + state.slope)
-        if not (low <= candidate <= high):
+        if not (math.isfinite(state.slope) and low <= candidate <= high):
             candidate = capacity - math.sqrt((capacity - low) * (capacity - high))
         if abs(candidate - x) <= enough or high - low <= 2e-16 * capacity:
             return min(max(candidate, low), high)

@@ -16,7 +16,6 @@ from belt_ros.mechanics.creep import (
 )
 from belt_ros.mechanics.drive import BeltDrive, DriveError, Tensioning
 
-_MOST_PASSES = 50
 _Floats = NDArray[np.float64]
 
 
@@ -41,22 +40,12 @@ class Equilibrium(NamedTuple):
 
 
 @compiled
-def _passes(forward: bool) -> int:
-    """Iterate inertia to the belt's own speed only where the driver, whose speed is given, pulls.
-
-    Where the load drives, inertia is taken at the driver's rim speed: the difference is creep times
-    m v^2, and torque stays monotone in slip.
-    """
-    return _MOST_PASSES if forward else 1
-
-
-@compiled
 def _steady_state(
     c: DriveConstants, force: float, tension: float, mu: float, kf: float, speed: float
 ) -> tuple[float, float, float, float, float]:
     """Slip, transition angles and gradients (driven, driver) at a pull along the rotation."""
     forward = force >= 0.0
-    state = creep(c, abs(force), tension, mu, kf, speed, forward, _passes(forward))
+    state = creep(c, abs(force), tension, mu, kf, speed, forward)
     if forward:
         return (
             state.slip,
@@ -96,9 +85,7 @@ def _forces_at_slip(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _
         forward = slip >= 0.0
         received = slip if forward else slip / (slip - 1.0)
         start = received * c.axial_stiffness
-        pull = pull_at_creep(
-            c, 0.0, received, start, tension, mu, kf, speed, forward, _passes(forward)
-        )
+        pull = pull_at_creep(c, 0.0, received, start, tension, mu, kf, speed, forward)
         out[i] = pull if forward else -pull
     return out
 

@@ -77,7 +77,6 @@ def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tupl
         condition.stiffness,
         abs(v2),
         along >= 0.0,
-        1,
     )
     return steady, along >= 0.0
 
@@ -132,7 +131,6 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
             condition.stiffness,
             abs(v2),
             along >= 0.0,
-            1,
         )
         pull = min(pull, limit)
     signed = turning * (pull if along >= 0.0 else -pull)

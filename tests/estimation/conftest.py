@@ -120,9 +120,7 @@ def coverage(run: Run, name: str, start: float) -> float:
         np.mean(
             [
                 within(getattr(output.estimate, name), getattr(truth, name))
-                for m, truth, output in zip(
-                    run.measurements, run.truths, run.outputs, strict=True
-                )
+                for m, truth, output in zip(run.measurements, run.truths, run.outputs, strict=True)
                 if m.stamp_ns >= first and output.estimate is not None
             ]
         )

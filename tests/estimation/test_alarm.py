@@ -12,7 +12,8 @@ from belt_ros.estimation import (
     Quantity,
     Severity,
 )
-from belt_ros.estimation.alarm import SlipAlarm, probability_below
+from belt_ros.estimation.alarm import SlipAlarm
+from belt_ros.estimation.estimate import probability_below
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
 
 PULLEY = Pulley(0.1, 3.14, 0.5, 1e8, 0.05)
@@ -41,6 +42,7 @@ class Line:
         self.alarm = SlipAlarm("drive 3", settings)
         self.healthy = healthy
         self.now = 0
+        self.first = self.alarm.update(healthy)
         self.changes = []
 
     def feed(self, seconds: float, **changes: object) -> "Line":
@@ -59,6 +61,12 @@ class Line:
 
 def test_nothing_is_raised_while_all_is_well(healthy) -> None:
     assert Line(healthy).feed(5.0).changes == []
+
+
+def test_the_first_estimate_announces_that_all_is_well(healthy) -> None:
+    line = Line(healthy)
+    assert line.first is not None
+    assert line.first.severity is Severity.NORMAL
 
 
 def test_a_low_margin_is_raised_after_the_on_delay(healthy) -> None:

@@ -11,8 +11,6 @@ from belt_ros.mechanics.creep import drive_constants
 
 PULLEY = Pulley(0.08125, np.pi, 1.2, 8.1e7, 0.05)
 CONSTANTS = drive_constants(BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105))
-ANCHOR = np.zeros(STATES)
-MEMORY = np.ones(STATES)
 X = np.array([120.0, 119.2, 500.0, 41.0, -41.0, np.log(435.0), np.log(8e7), 0.18, 0, 0, 0])
 DEVIATION = np.array([0.01, 0.01, 20.0, 1.0, 1.0, 0.05, 0.2, 0.03, 1e-4, 0.01, 1e-3])
 SEEN = np.array([0, 1, 3, 4])
@@ -21,9 +19,7 @@ DT = 0.01
 
 
 def batched() -> BatchedUnscentedFilter:
-    filter_ = BatchedUnscentedFilter(
-        STATES, lambda states, dt: propagate(CONSTANTS, states, ANCHOR, MEMORY, dt)
-    )
+    filter_ = BatchedUnscentedFilter(STATES, lambda states, dt: propagate(CONSTANTS, states, dt))
     filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
     filter_.Q = (0.01 * DEVIATION) ** 2
     return filter_
@@ -35,7 +31,7 @@ def stock() -> UnscentedKalmanFilter:
         len(SEEN),
         DT,
         hx=lambda x: x[SEEN],
-        fx=lambda x, dt: propagate(CONSTANTS, x[None, :], ANCHOR, MEMORY, dt)[0],
+        fx=lambda x, dt: propagate(CONSTANTS, x[None, :], dt)[0],
         points=MerweScaledSigmaPoints(STATES, 1.0, 0.0, 1.0),
     )
     filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
@@ -75,9 +71,7 @@ def test_its_likelihood_is_that_of_the_joint_innovation() -> None:
 
 def test_missing_sensors_leave_what_they_do_not_touch() -> None:
     covariance = np.diag(DEVIATION**2)
-    x, p, squared, _ = take_in(
-        X, covariance, np.array([121.0]), np.array([1e-4]), np.array([0])
-    )
+    x, p, squared, _ = take_in(X, covariance, np.array([121.0]), np.array([1e-4]), np.array([0]))
     assert x[0] != X[0]
     np.testing.assert_array_equal(x[1:], X[1:])
     assert np.all(np.diag(p)[1:] == np.diag(covariance)[1:])

@@ -1,0 +1,39 @@
+# `make` lists the targets. Each sets up what it needs first.
+
+PYTHON ?= python3
+VENV := .venv/bin
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint bench clean distclean
+
+help:  ## list these targets
+	@awk -F ':.*## +' '/^[a-z]+:.*##/ { printf "  make %-11s%s\n", $$1, $$2 }' Makefile
+
+setup:  ## make .venv: ROS 2, belt_ros, its messages, its tools
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "No $(PYTHON) here. Install it with:" >&2; \
+	  echo "  sudo apt install python3 python3-venv python3-dev g++" >&2; exit 1; }
+	@$(PYTHON) tools/setup_environment.py
+
+demo: setup  ## run the demonstration; BAG=<bag> CONFIG=<yaml> for your own data
+	@$(VENV)/belt demo $(if $(BAG),--bag "$(BAG)") $(if $(CONFIG),--config "$(CONFIG)")
+
+test: setup  ## run all tests; PYTEST_ARGS="-k alarm" for some of them
+	@$(VENV)/python -m pytest -n 2 --dist loadgroup $(PYTEST_ARGS)
+
+lint: setup  ## check style, types and the direction of imports
+	@$(VENV)/ruff check .
+	@$(VENV)/ruff format --check .
+	@$(VENV)/mypy
+	@$(VENV)/lint-imports --no-logo
+
+bench: setup  ## measure speed
+	@$(VENV)/python -m benchmarks $(BENCH_ARGS)
+
+clean:  ## remove what building and testing leave
+	@rm -rf build install log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	@rm -rf *.egg-info
+	@find belt_ros tests tools -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean  ## remove .venv too
+	@rm -rf .venv

@@ -1,0 +1,43 @@
+"""What all tests share: a ROS domain of their own, on this machine only."""
+
+import fcntl
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+# Read when rclpy starts and when message classes are imported, so set before either.
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
+
+_DOMAINS = range(1, 101)  # above these, DDS ports meet those that Linux hands out by itself
+
+
+@contextmanager
+def claimed_domain() -> Iterator[int]:
+    """Claim a ROS domain that no other test on this machine uses, in whatever process."""
+    for domain in _DOMAINS:
+        lock = Path(tempfile.gettempdir()) / f"ros_domain_{domain}_{os.getuid()}.lock"
+        with lock.open("w") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield domain
+            return
+    pytest.fail("every ROS domain is taken")
+
+
+@pytest.fixture
+def ros_domain() -> Iterator[int]:
+    with claimed_domain() as domain:
+        yield domain
+
+
+@pytest.fixture(scope="module")
+def module_ros_domain() -> Iterator[int]:
+    with claimed_domain() as domain:
+        yield domain

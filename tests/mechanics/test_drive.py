@@ -1,0 +1,82 @@
+"""What a belt, a pulley and a drive refuse to be."""
+
+import math
+from dataclasses import FrozenInstanceError, replace
+from typing import Any
+
+import pytest
+
+from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
+
+BELT = Belt(8e4, 0.1)
+PULLEY = Pulley(0.08, 3.0, 0.9, 1e7)
+DRIVE = BeltDrive(BELT, PULLEY, PULLEY)
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(0.0, "0"), (-1.5, "-1.5"), (math.nan, "nan"), (math.inf, "inf"), (-math.inf, "-inf")],
+)
+@pytest.mark.parametrize(
+    ("thing", "field", "name", "unit"),
+    [
+        (BELT, "axial_stiffness", "belt axial stiffness EA", " N"),
+        (PULLEY, "radius", "pulley radius", " m"),
+        (PULLEY, "wrap_angle", "wrap angle", " rad"),
+        (PULLEY, "friction_coefficient", "friction coefficient mu", ""),
+        (PULLEY, "friction_stiffness", "friction stiffness kf", " N/m2"),
+        (PULLEY, "inertia", "pulley inertia", " kg m2"),
+        (DRIVE, "span_length", "span length", " m"),
+    ],
+)
+def test_every_size_must_be_finite_and_positive(
+    thing: Any, field: str, name: str, unit: str, value: float, shown: str
+) -> None:
+    message = f"^{name} is {shown}{unit}; it must be finite and > 0$"
+    with pytest.raises(DriveError, match=message):
+        replace(thing, **{field: value})
+
+
+@pytest.mark.parametrize("mass", [-1e-9, math.nan, math.inf])
+def test_belt_mass_must_be_finite_and_not_negative(mass: float) -> None:
+    message = f"^belt mass per length is {mass:g} kg/m; it must be finite and >= 0$"
+    with pytest.raises(DriveError, match=message):
+        Belt(8e4, mass)
+
+
+def test_a_belt_wraps_less_than_a_turn() -> None:
+    assert replace(PULLEY, wrap_angle=6.28).wrap_angle == 6.28
+    for angle in (2.0 * math.pi, 7.0):
+        with pytest.raises(DriveError, match=rf"^wrap angle is {angle:g} rad; .*\(2 pi rad\)$"):
+            replace(PULLEY, wrap_angle=angle)
+
+
+def test_critical_speed_is_that_of_equation_72() -> None:
+    assert Belt(8e4, 0.2).critical_speed == pytest.approx(math.sqrt(4e5))
+    assert Belt(8e4).critical_speed == math.inf
+
+
+def test_traction_limit_is_friction_times_wrap() -> None:
+    assert PULLEY.traction_limit == pytest.approx(2.7)
+
+
+def test_exact_kinematics_and_held_mean_tension_are_the_defaults() -> None:
+    assert DRIVE.kinematics is Kinematics.EXACT
+    assert DRIVE.tensioning is Tensioning.CONSTANT_MEAN
+
+
+def test_without_inertia_changes_the_belts_mass_alone() -> None:
+    light = DRIVE.without_inertia()
+    assert light.belt.mass_per_length == 0.0
+    assert replace(light, belt=BELT) == DRIVE
+    assert DRIVE.belt.mass_per_length == 0.1
+
+
+def test_a_drive_cannot_be_changed_in_place() -> None:
+    for thing in (BELT, PULLEY, DRIVE):
+        with pytest.raises(FrozenInstanceError):
+            thing.__setattr__(next(iter(vars(thing))), 1.0)
+
+
+def test_a_drive_error_is_a_value_error() -> None:
+    assert issubclass(DriveError, ValueError)

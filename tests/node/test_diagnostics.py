@@ -1,0 +1,214 @@
+"""Diagnostics as functions of numbers: levels, advice, and values that parse."""
+
+import dataclasses
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from node_harness import PAPER_DRIVE
+
+from belt_ros.estimation import (
+    AlarmStatus,
+    BeltEstimate,
+    Condition,
+    Health,
+    Measurement,
+    Phase,
+    Quantity,
+    Rejection,
+    Severity,
+)
+from belt_ros.node.diagnostics import REJECTION_ADVICE, drive_status, input_status
+from belt_ros.node.input_meter import InputMeter, InputReport
+from belt_ros.settings import load_settings
+
+
+@pytest.fixture(scope="module")
+def estimate() -> BeltEstimate:
+    monitor = load_settings(PAPER_DRIVE).monitor()
+    estimate = monitor.step(Measurement(5, 120.0, 119.4, 30.0, -30.0)).estimate
+    assert estimate is not None
+    return dataclasses.replace(estimate, phase=Phase.RUNNING, margin=Quantity(0.5, 0.1))
+
+
+def alarm(severity: Severity, **changes: Any) -> AlarmStatus:
+    condition = Condition.LOW_MARGIN if severity else Condition.NONE
+    fields: dict[str, Any] = {
+        "stamp_ns": 5,
+        "condition": condition,
+        "severity": severity,
+        "latched_severity": severity,
+        "acknowledged": severity is Severity.NORMAL,
+        "margin": Quantity(0.1, 0.01),
+        "excess_slip": 0.0,
+        "gross_slip_probability": 0.0,
+        "count": 3,
+        "first_ns": 1,
+        "last_ns": 5,
+        "message": "Reduce load.",
+    }
+    return AlarmStatus(**fields | changes)
+
+
+def drive_row(estimate: BeltEstimate | None, status: AlarmStatus | None, unused: float = 0.1):
+    return drive_status("belt_node", "paper_drive", estimate, status, unused, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("severity", "level"),
+    [
+        (Severity.NORMAL, DiagnosticStatus.OK),
+        (Severity.WARNING, DiagnosticStatus.WARN),
+        (Severity.ALARM, DiagnosticStatus.ERROR),
+        (Severity.TRIP, DiagnosticStatus.ERROR),
+    ],
+)
+def test_the_level_is_that_of_the_alarm(
+    estimate: BeltEstimate, severity: Severity, level: bytes
+) -> None:
+    assert drive_row(estimate, alarm(severity)).level == level
+
+
+def test_an_alarm_says_what_to_do(estimate: BeltEstimate) -> None:
+    assert drive_row(estimate, alarm(Severity.WARNING)).message == "Reduce load."
+
+
+def test_name_and_hardware_are_those_of_the_drive(estimate: BeltEstimate) -> None:
+    row = drive_row(estimate, None)
+
+    assert row.name == "belt_node: paper_drive"
+    assert row.hardware_id == "paper_drive"
+    assert row.message == "running, 50% margin"
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_an_old_or_missing_estimate_is_stale(estimate: BeltEstimate, known: bool) -> None:
+    row = drive_row(estimate if known else None, None, unused=3.0)
+
+    assert row.level == DiagnosticStatus.STALE
+    assert "3.0 s" in row.message
+
+
+def test_staleness_outweighs_an_alarm(estimate: BeltEstimate) -> None:
+    assert drive_row(estimate, alarm(Severity.TRIP), 3.0).level == DiagnosticStatus.STALE
+
+
+@pytest.mark.parametrize("severity", [Severity.NORMAL, Severity.WARNING])
+def test_a_lost_filter_is_an_error(estimate: BeltEstimate, severity: Severity) -> None:
+    lost = dataclasses.replace(estimate, phase=Phase.LOST)
+
+    row = drive_row(lost, alarm(severity))
+
+    assert row.level == DiagnosticStatus.ERROR
+    assert "check radii" in row.message
+
+
+def test_an_alarm_that_is_over_wants_acknowledging(estimate: BeltEstimate) -> None:
+    over = alarm(Severity.NORMAL, latched_severity=Severity.TRIP, acknowledged=False)
+
+    row = drive_row(estimate, over)
+
+    assert row.level == DiagnosticStatus.WARN
+    assert "acknowledge" in row.message
+
+
+def report(**changes: Any) -> InputReport:
+    fields: dict[str, Any] = {
+        "period": 2.0,
+        "received": 100,
+        "rejected": (0,) * len(Rejection),
+        "latency_mean": 0.001,
+        "latency_max": 0.002,
+        "processing_mean": 0.0005,
+        "processing_max": 0.0006,
+        "silence": 0.01,
+        "unused": 0.01,
+    }
+    return InputReport(**fields | changes)
+
+
+HEALTH = Health(1.0, 4, 123456789, 2, Rejection.GATED, (0, 1, 0, 0, 0, 5, 0, 0))
+
+
+def input_row(summary: InputReport) -> DiagnosticStatus:
+    return input_status("belt_node", "paper_drive", "/joint_states", summary, HEALTH, 1.0)
+
+
+def rejected(reason: Rejection, count: int) -> tuple[int, ...]:
+    return tuple(count if place is reason else 0 for place in Rejection)
+
+
+def test_input_reports_rate_times_and_counts() -> None:
+    values = {pair.key: pair.value for pair in input_row(report()).values}
+
+    assert values["input rate [Hz]"] == "50"
+    assert values["latency max [ms]"] == "2"
+    assert values["processing mean [ms]"] == "0.5"
+    assert values["accepted"] == "123456789"
+    assert values["rejected"] == "6"
+    assert values["rejected gated"] == "5"
+    assert values["resets"] == "2"
+
+
+def test_undisturbed_input_is_ok() -> None:
+    assert input_row(report()).level == DiagnosticStatus.OK
+
+
+@pytest.mark.parametrize("reason", [reason for reason in Rejection if reason])
+def test_rejections_warn_with_reason_and_advice(reason: Rejection) -> None:
+    row = input_row(report(rejected=rejected(reason, 3)))
+
+    assert row.level == DiagnosticStatus.WARN
+    assert reason.name.lower().replace("_", " ") in row.message
+    assert REJECTION_ADVICE[reason] in row.message
+
+
+def test_nothing_but_rejections_is_an_error() -> None:
+    row = input_row(report(rejected=rejected(Rejection.MALFORMED, 100)))
+
+    assert row.level == DiagnosticStatus.ERROR
+
+
+def test_silence_is_stale_and_names_the_topic() -> None:
+    row = input_row(report(received=0, silence=2.5))
+
+    assert row.level == DiagnosticStatus.STALE
+    assert "/joint_states for 2.5 s" in row.message
+
+
+def test_every_value_is_a_number_alone(estimate: BeltEstimate) -> None:
+    rows = [drive_row(estimate, alarm(Severity.ALARM)), input_row(report())]
+
+    for row in rows:
+        assert row.values
+        for pair in row.values:
+            float(pair.value)
+        assert len({pair.key for pair in row.values}) == len(row.values)
+
+
+class TestInputMeter:
+    def test_counts_one_period_and_begins_the_next(self) -> None:
+        meter = InputMeter(10.0)
+        meter.count(Rejection.NONE, 0.1, 10.5, 10.6)
+        meter.count(Rejection.GATED, 0.3, 11.0, 11.3)
+
+        first, second = meter.report(12.0), meter.report(13.0)
+
+        assert first.rate == pytest.approx(1.0)
+        assert first.accepted == 1
+        assert first.main_rejection is Rejection.GATED
+        assert first.latency_mean == pytest.approx(0.2)
+        assert first.latency_max == pytest.approx(0.3)
+        assert first.processing_mean == pytest.approx(0.2)
+        assert first.processing_max == pytest.approx(0.3)
+        assert (second.received, second.main_rejection) == (0, Rejection.NONE)
+
+    def test_tells_silence_from_rejection(self) -> None:
+        meter = InputMeter(10.0)
+        meter.count(Rejection.NONE, 0.0, 11.0, 11.0)
+        meter.count(Rejection.GATED, 0.0, 12.0, 12.0)
+
+        summary = meter.report(14.0)
+
+        assert summary.silence == pytest.approx(2.0)
+        assert summary.unused == pytest.approx(3.0)

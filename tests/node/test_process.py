@@ -1,0 +1,66 @@
+"""The node as a process: how it ends, and how it takes simulated time."""
+
+import signal
+import time
+from pathlib import Path
+
+import pytest
+from node_harness import MILLISECOND, SECOND, Client, NodeProcess, stamp
+from rosgraph_msgs.msg import Clock
+
+pytestmark = pytest.mark.ros
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_ends_it_without_complaint_also_when_sent_twice(
+    client: Client, ros_domain: int, tmp_path: Path, number: signal.Signals
+) -> None:
+    with NodeProcess(ros_domain, tmp_path / "log") as node:
+        client.connect()
+        for _ in range(20):
+            client.send()
+        node.interrupt(number)
+        time.sleep(0.002)
+        node.interrupt(number)
+
+        assert node.wait_for_exit() == 0
+        assert "Traceback" not in node.log
+        assert "rror" not in node.log
+
+
+def test_a_parameter_file_that_is_not_there_is_named(ros_domain: int, tmp_path: Path) -> None:
+    with NodeProcess(ros_domain, tmp_path / "log", Path("nowhere.yaml")) as node:
+        assert node.wait_for_exit() == 1
+        assert "nowhere.yaml" in node.log
+        assert "Traceback" not in node.log
+
+
+def test_simulated_time_that_goes_back_resets_once(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    clock = client.node.create_publisher(Clock, "/clock", 10)
+
+    def run(begin_ns: int) -> None:
+        client.now_ns = begin_ns
+        for _ in range(20):
+            clock.publish(Clock(clock=stamp(client.now_ns + client.step_ns)))
+            client.spin(0.01)
+            client.send()
+            client.spin(0.01)
+
+    with NodeProcess(ros_domain, tmp_path / "log", use_sim_time="true") as node:
+        client.now_ns = 100 * SECOND
+        client.connect()
+        run(client.now_ns)
+        first = client.states[-1]
+        run(50 * SECOND)
+        client.until(lambda: client.states[-1].header.stamp == stamp(client.now_ns))
+
+        assert first.reset_count == 0
+        assert client.states[-1].reset_count == 1
+        assert client.states[-1].accepted_count == 20
+        assert sum(client.states[-1].rejection_counts) == 0
+        assert node.log.count("ROS time went back") == 1
+        row = client.row(" input")
+        latency = {pair.key: pair.value for pair in row.values}["latency mean [ms]"]
+        assert abs(float(latency)) < 100 * MILLISECOND

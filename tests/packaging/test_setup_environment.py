@@ -1,0 +1,169 @@
+"""What set-up says and does, without setting anything up."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+TOOLS = ROOT / "tools"
+
+
+@pytest.fixture
+def checkout(tmp_path: Path) -> Path:
+    """A checkout whose path has a space, without an environment."""
+    copy = tmp_path / "a checkout"
+    (copy / "tools").mkdir(parents=True)
+    (copy / "msg_defs").mkdir()
+    for file in (*TOOLS.glob("*.py"), *TOOLS.glob("*.txt")):
+        (copy / "tools" / file.name).write_text(file.read_text())
+    for name in ("setup.py", "setup.cfg"):
+        (copy / name).write_text((ROOT / name).read_text())
+    return copy
+
+
+def set_up(
+    checkout: Path, prelude: str = "", **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run the set-up script of a checkout, after a prelude that changes what it finds."""
+    script = (
+        f"import sys; sys.path.insert(0, {str(checkout / 'tools')!r})\n"
+        f"import setup_environment as setup\n{prelude}\nsys.exit(setup.main())"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", script],
+        env={**os.environ, "ROS_DISTRO": "", **environment},
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+
+
+def test_missing_compiler_is_named_with_the_line_that_installs_it(checkout: Path) -> None:
+    result = set_up(checkout, PATH="", CXX="")
+
+    assert result.returncode == 1
+    assert "a C++ compiler (g++)" in result.stderr
+    assert "sudo apt install g++" in result.stderr
+    assert not (checkout / ".venv").exists()
+
+
+def test_all_that_is_missing_is_named_at_once(checkout: Path) -> None:
+    prelude = (
+        "setup.importlib.util.find_spec = lambda name: None\n"
+        "setup.sysconfig.get_paths = lambda: {'include': '/nowhere'}\n"
+        "setup.sys.base_prefix = '/usr'"
+    )
+    result = set_up(checkout, prelude, PATH="", CXX="")
+
+    version = "{}.{}".format(*sys.version_info)
+    assert f"sudo apt install python{version}-venv python{version}-dev g++" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("prelude", "words"),
+    [
+        ("setup.platform.machine = lambda: 'aarch64'", "not Linux aarch64"),
+        ("setup.platform.system = lambda: 'Darwin'", "not Darwin x86_64"),
+        ("setup.sys.version_info = (3, 9, 2)", "Python >= 3.10"),
+        ("setup.sys.version_info = (3, 99, 0)", "Python <= 3.14"),
+    ],
+)
+def test_unsuitable_machine_is_told_why(checkout: Path, prelude: str, words: str) -> None:
+    result = set_up(checkout, prelude)
+
+    assert result.returncode == 1
+    assert words in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_failed_step_names_the_log_with_its_output(checkout: Path) -> None:
+    prelude = (
+        "setup.make_virtual_environment = lambda ros: setup.run_logged("
+        "'virtual environment', sys.executable, '-c', 'raise SystemExit(\"no disk left\")')"
+    )
+    result = set_up(checkout, prelude)
+
+    assert result.returncode == 1
+    assert "no disk left" in result.stderr
+    log = checkout / ".venv" / "setup.log"
+    assert f"Full log: {log}" in result.stderr
+    assert "no disk left" in log.read_text()
+
+
+STEPS_THAT_ONLY_TELL = """
+def tell(name):
+    def step(*arguments):
+        print('step:', name)
+        if name == {interrupted!r}:
+            raise KeyboardInterrupt
+    return step
+def make(ros):
+    (setup.VENV / 'bin').mkdir()
+    setup.VENV_PYTHON.touch()
+    print('step: venv')
+setup.make_virtual_environment = make
+setup.install_packages = tell('packages')
+setup.build_messages = tell('messages')
+"""
+
+
+def steps(checkout: Path, interrupted: str = "") -> list[str]:
+    result = set_up(checkout, STEPS_THAT_ONLY_TELL.format(interrupted=interrupted))
+    assert result.returncode == (130 if interrupted else 0), result.stderr
+    return [line.split()[1] for line in result.stdout.splitlines() if line.startswith("step:")]
+
+
+def test_second_set_up_has_nothing_to_do(checkout: Path) -> None:
+    assert steps(checkout) == ["venv", "packages", "messages"]
+    assert steps(checkout) == []
+
+
+def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path) -> None:
+    steps(checkout)
+    (checkout / "msg_defs" / "New.msg").write_text("float64 x\n")
+    assert steps(checkout) == ["messages"]
+    (checkout / "setup.py").write_text("# changed\n")
+    assert steps(checkout) == ["packages"]
+    (checkout / "README.md").write_text("changed\n")
+    assert steps(checkout) == []
+
+
+def test_set_up_interrupted_while_installing_starts_again_from_nothing(checkout: Path) -> None:
+    assert steps(checkout, interrupted="packages") == ["venv", "packages"]
+    assert steps(checkout) == ["venv", "packages", "messages"]
+
+
+def test_set_up_interrupted_while_building_messages_builds_only_those(checkout: Path) -> None:
+    steps(checkout, interrupted="messages")
+    assert steps(checkout) == ["messages"]
+
+
+def test_environment_is_completed_in_front_and_once() -> None:
+    script = (
+        f"import sys; sys.path.insert(0, {str(TOOLS)!r})\n"
+        "from ros_environment import completed\n"
+        "recorded = {'LD_LIBRARY_PATH': ['/venv', '/ros'], 'ROS_DISTRO': ['kilted']}\n"
+        "first = completed({'LD_LIBRARY_PATH': '/ros:/mine', 'ROS_DISTRO': 'jazzy'}, recorded)\n"
+        "assert first == {'LD_LIBRARY_PATH': '/venv:/ros:/mine', 'ROS_DISTRO': 'jazzy'}, first\n"
+        "assert completed(first, recorded) == first\n"
+        "assert completed({}, recorded)['ROS_DISTRO'] == 'kilted'\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=30)
+
+
+def test_environment_needs_no_sourcing() -> None:
+    """From a bare environment, messages load and packages are found."""
+    if not (Path(sys.prefix) / "ros_environment.json").exists():
+        pytest.skip("not in an environment made by make setup")
+    script = (
+        "from belt_msgs.msg import BeltState; BeltState.__import_type_support__()\n"
+        "from ament_index_python import get_package_share_directory as share\n"
+        "print(share('belt_msgs'), share('belt_ros'))"
+    )
+    subprocess.run(
+        [sys.executable, "-c", script], env={"HOME": str(Path.home())}, check=True, timeout=30
+    )

@@ -1,0 +1,60 @@
+"""What replay writes is what the node, fed with the same messages, publishes: to the last bit."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from test_run import ALARM, STATE, messages
+
+from belt_ros.replay import replay
+
+pytest.importorskip("belt_msgs")
+pytest.importorskip("rclpy")
+from builtin_interfaces.msg import Time
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from belt_ros.node.pipeline import Pipeline
+
+BAG = Path(__file__).parents[1] / "data" / "rig_bag"
+
+
+def joint_states(bag):
+    with AnyReader([bag]) as reader:
+        chosen = [item for item in reader.connections if item.topic == "/joint_states"]
+        for connection, _, data in reader.messages(chosen):
+            read = reader.deserialize(data, connection.msgtype)
+            stamp = Time(sec=read.header.stamp.sec, nanosec=read.header.stamp.nanosec)
+            yield JointState(
+                header=Header(stamp=stamp),
+                name=read.name,
+                position=read.position,
+                velocity=read.velocity,
+                effort=read.effort,
+            )
+
+
+def assert_same(offline, live):
+    for name in live.get_fields_and_field_types():
+        ours, theirs = getattr(offline, name), getattr(live, name)
+        if name == "header" or name.endswith("_time"):
+            ours, theirs = getattr(ours, "stamp", ours), getattr(theirs, "stamp", theirs)
+            assert (ours.sec, ours.nanosec) == (theirs.sec, theirs.nanosec)
+        else:
+            np.testing.assert_array_equal(ours, theirs, err_msg=name)
+
+
+@pytest.mark.skipif(not BAG.is_dir(), reason="tests/data/rig_bag is not there")
+def test_states_and_alarms_are_those_of_the_live_pipeline(settings, tmp_path):
+    pipeline = Pipeline("belt_node", "/joint_states", settings)
+    outcomes = [pipeline.take(message, now_ns=0) for message in joint_states(BAG)]
+    replay(BAG, settings, tmp_path / "out")
+    for topic, live in (
+        (STATE, [outcome.state for outcome in outcomes if outcome.state is not None]),
+        (ALARM, [outcome.alarm for outcome in outcomes if outcome.alarm is not None]),
+    ):
+        offline = [message for _, message in messages(tmp_path / "out", topic)]
+        assert len(offline) == len(live) > 0
+        for ours, theirs in zip(offline, live, strict=True):
+            assert_same(ours, theirs)

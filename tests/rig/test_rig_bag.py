@@ -1,0 +1,127 @@
+"""Bags of the rig: readable by others, the same every time, and the committed one is current."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from belt_ros.message_types import belt_typestore, message_texts
+from belt_ros.rig.bag import write_bag
+from belt_ros.rig.scenario import scenario_from_mapping
+from belt_ros.rig.simulate import simulate
+from belt_ros.settings import DriveSettings
+
+COMMITTED = Path(__file__).resolve().parents[1] / "data" / "rig_bag"
+
+
+@pytest.fixture
+def made(root: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.syspath_prepend(str(root / "tools"))
+    import make_rig_bag  # noqa: PLC0415
+
+    path = tmp_path / "rig_bag"
+    make_rig_bag.make_bag(path)
+    sys.modules.pop("make_rig_bag")
+    return path
+
+
+def content(path: Path) -> dict[str, list[Any]]:
+    """Decoded messages by topic, by the types that the bag itself carries."""
+    topics: dict[str, list[Any]] = {}
+    with AnyReader([path]) as reader:
+        for connection, stamp, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == stamp
+            topics.setdefault(connection.topic, []).append(message)
+    return topics
+
+
+def short_run(settings: DriveSettings, seed: int = 3) -> Any:
+    script = {"duration": 0.5, "speed": 100.0, "load": 30.0, "seed": seed}
+    return simulate(settings, scenario_from_mapping(script, settings), 10**18)
+
+
+def test_bag_holds_joint_states_and_truth(tmp_path: Path, settings: DriveSettings) -> None:
+    path = tmp_path / "bag"
+    count = write_bag(path, "a_drive", short_run(settings), truth_every=2)
+
+    topics = content(path)
+    expected = list(short_run(settings))
+    assert count == len(topics["/joint_states"]) == 51
+    assert len(topics["/belt_rig/truth"]) == 26
+    joints, truth = topics["/joint_states"][-1], topics["/belt_rig/truth"][-1]
+    assert joints.name == ["driver_pulley_joint", "driven_pulley_joint"]
+    assert tuple(joints.velocity) == expected[-1].joints.velocities
+    assert truth.drive_name == "a_drive"
+    assert truth.margin == expected[-1].truth.margin
+    assert truth.margin_stddev == 0.0
+    assert truth.gross_slip_probability == 0.0
+
+
+def test_bag_is_plain_mcap_with_its_definitions(tmp_path: Path, settings: DriveSettings) -> None:
+    path = tmp_path / "bag"
+    write_bag(path, "a_drive", short_run(settings))
+
+    with (path / "bag.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    assert {channel.topic for channel in summary.channels.values()} == {
+        "/joint_states",
+        "/belt_rig/truth",
+    }
+    schemas = {schema.name: schema.data.decode() for schema in summary.schemas.values()}
+    assert "float64 margin_stddev" in schemas["belt_msgs/msg/BeltState"]
+    assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
+    assert "version: 8" in (path / "metadata.yaml").read_text()
+
+
+def test_same_seed_gives_the_same_bytes(tmp_path: Path, settings: DriveSettings) -> None:
+    for name, seed in (("one", 3), ("two", 3), ("other", 4)):
+        write_bag(tmp_path / name / "bag", "a_drive", short_run(settings, seed))
+
+    one, two, other = (
+        (tmp_path / name / "bag" / "bag.mcap").read_bytes() for name in ("one", "two", "other")
+    )
+    assert one == two
+    assert one != other
+
+
+def test_existing_bag_is_not_overwritten(tmp_path: Path, settings: DriveSettings) -> None:
+    with pytest.raises(FileExistsError, match="exists already"):
+        write_bag(tmp_path, "a_drive", short_run(settings))
+    with pytest.raises(ValueError, match="truth_every is 0"):
+        write_bag(tmp_path / "bag", "a_drive", [], truth_every=0)
+
+
+def test_committed_bag_is_what_the_script_makes(made: Path) -> None:
+    committed, fresh = content(COMMITTED), content(made)
+
+    assert committed.keys() == fresh.keys()
+    for topic, messages in committed.items():
+        assert len(messages) == len(fresh[topic])
+    for old, new in zip(committed["/joint_states"], fresh["/joint_states"], strict=True):
+        assert old.header.stamp.sec == new.header.stamp.sec
+        assert old.header.stamp.nanosec == new.header.stamp.nanosec
+        np.testing.assert_allclose(old.velocity, new.velocity, atol=2.1e-3)
+        np.testing.assert_allclose(old.effort, new.effort, atol=1e-4)
+        np.testing.assert_allclose(old.position, new.position, atol=1e-3)
+    for old, new in zip(committed["/belt_rig/truth"], fresh["/belt_rig/truth"], strict=True):
+        for name in ("slip", "margin", "tight_tension", "friction_stiffness", "ratio_bias"):
+            assert getattr(old, name) == pytest.approx(getattr(new, name), rel=1e-5, abs=1e-6)
+
+
+def test_committed_bag_is_small_and_slips(root: Path) -> None:
+    assert sum(file.stat().st_size for file in COMMITTED.iterdir()) < 150_000
+    phases = {message.phase for message in content(COMMITTED)["/belt_rig/truth"]}
+    assert {1, 2, 5} <= phases
+
+
+def test_message_definitions_are_those_of_the_interface_package(root: Path) -> None:
+    texts = message_texts()
+    for path in (root / "msg_defs" / "msg").glob("*.msg"):
+        assert texts[f"belt_msgs/msg/{path.stem}"] == path.read_text()
+        assert f"belt_msgs/msg/{path.stem}" in belt_typestore().types

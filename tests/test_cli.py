@@ -1,0 +1,183 @@
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import belt_ros
+from belt_ros.cli import app
+from belt_ros.settings import PARAMETERS
+
+CONFIG = Path(__file__).parents[1] / "config" / "paper_drive.yaml"
+
+
+def belt(*words):
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    """A bag of the rig, made by the command itself."""
+    place = tmp_path_factory.mktemp("rig")
+    scenario = place / "scenario.yaml"
+    scenario.write_text("{duration: 0.5, speed: [[0.0, 50.0]], load: [[0.0, 10.0]]}")
+    result = belt("rig", "--config", CONFIG, "--scenario", scenario, "--bag", place / "bag")
+    assert result.exit_code == 0, result.output
+    assert "51 joint states" in result.stdout
+    return place / "bag"
+
+
+def config_with(tmp_path, **changes):
+    """The example configuration with flat parameters changed; None leaves one out."""
+    parameters = yaml.safe_load(CONFIG.read_text())["/**"]["ros__parameters"]
+    for name, value in changes.items():
+        *groups, last = name.split("__")
+        group = parameters
+        for key in groups:
+            group = group[key]
+        if value is None:
+            del group[last]
+        else:
+            group[last] = value
+    path = tmp_path / "drive.yaml"
+    path.write_text(yaml.safe_dump(parameters))
+    return path
+
+
+def assert_one_line(result, *patterns):
+    assert result.exit_code == 1
+    (line,) = result.stderr.strip().splitlines()
+    for pattern in patterns:
+        assert re.search(pattern, line), line
+    assert "Traceback" not in result.output
+
+
+def test_replay_prints_what_it_found_and_where_it_is(bag, tmp_path):
+    result = belt("replay", bag, "--config", CONFIG, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert "51 of 51 messages on /joint_states used, 0.500 s" in result.stdout
+    assert "mean tension" in result.stdout
+    assert "worst margin" in result.stdout
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "estimates",
+        "estimates.parquet",
+        "summary.json",
+    ]
+
+
+def test_replay_names_its_results_after_the_bag(bag, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert belt("replay", bag, "-c", CONFIG).exit_code == 0
+    summary = json.loads((tmp_path / "bag_belt" / "summary.json").read_text(encoding="utf-8"))
+    assert summary["accepted"] == 51
+
+
+def test_quiet_says_nothing(bag, tmp_path):
+    result = belt("replay", bag, "-c", CONFIG, "-o", tmp_path / "out", "--quiet")
+    assert (result.exit_code, result.output) == (0, "")
+
+
+def test_force_replaces_earlier_results(bag, tmp_path):
+    words = ("replay", bag, "-c", CONFIG, "-o", tmp_path / "out", "-q")
+    assert belt(*words).exit_code == 0
+    assert_one_line(belt(*words), "holds earlier results", "--force")
+    assert belt(*words, "--force").exit_code == 0
+
+
+def test_a_wrong_topic_is_one_line(bag, tmp_path):
+    result = belt("replay", bag, "-c", CONFIG, "-o", tmp_path / "out", "--topic", "/nothing")
+    assert_one_line(result, "no joint states on /nothing", "--topic: /joint_states")
+
+
+def test_missing_joints_are_one_line_and_leave_nothing(bag, tmp_path):
+    config = config_with(tmp_path, driver__joint="motor_joint")
+    result = belt("replay", bag, "-c", config, "-o", tmp_path / "out")
+    assert_one_line(result, "51 incomplete", "motor_joint", "driver_pulley_joint")
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_no_bag_is_one_line(tmp_path):
+    assert_one_line(belt("replay", tmp_path, "-c", CONFIG), "rosbag2 directory")
+    assert_one_line(belt("replay", tmp_path / "gone", "-c", CONFIG), "no such file")
+
+
+@pytest.mark.parametrize("words", [("replay",), ("replay", "bag"), ("check",), ("mistyped",)])
+def test_wrong_usage_exits_with_2(words):
+    result = belt(*words)
+    assert result.exit_code == 2
+    assert "Usage" in result.stderr
+
+
+def test_check_says_what_the_drive_can_do():
+    result = belt("check", CONFIG)
+    assert result.exit_code == 0, result.output
+    assert "critical belt speed: 879.1 m/s" in result.stdout  # sqrt(EA / m)
+    capacity, low, high = map(
+        float,
+        re.search(r"435 N: (\S+) N m, 95 % interval (\S+) to (\S+) N m", result.stdout).groups(),
+    )
+    assert low < capacity < high
+    assert all(share in result.stdout for share in ("25%", "50%", "75%"))
+
+
+def test_check_of_a_massless_belt_knows_no_critical_speed(tmp_path):
+    result = belt("check", config_with(tmp_path, belt__mass_per_length=0.0))
+    assert "critical belt speed: none" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("changes", "patterns"),
+    [
+        ({"driver__radius": -1.0}, ["driver.radius is -1 m", "between"]),
+        ({"driver__radius": None}, ["driver.radius is missing"]),
+        ({"driver__radios": 1.0}, ["driver.radios", "did you mean driver.radius"]),
+        ({"span_length": "long"}, ["span_length is 'long'", "number"]),
+    ],
+)
+def test_check_names_what_is_wrong(tmp_path, changes, patterns):
+    assert_one_line(belt("check", config_with(tmp_path, **changes)), *patterns)
+
+
+def test_parameters_lists_every_one():
+    result = belt("parameters", "--markdown")
+    assert result.exit_code == 0
+    header, rule, *rows = result.stdout.strip().splitlines()
+    assert re.fullmatch(r"\| parameter .*", header)
+    assert re.fullmatch(r"(\| --- )+\|", rule)
+    assert [row.split("`")[1] for row in rows] == list(PARAMETERS)
+    assert len({len(re.findall(r"(?<!\\)\|", row)) for row in (header, rule, *rows)}) == 1
+    assert belt("parameters").exit_code == 0
+
+
+def test_rig_does_not_overwrite(bag):
+    scenario = bag.parent / "scenario.yaml"
+    assert_one_line(belt("rig", "-c", CONFIG, "-s", scenario, "--bag", bag), "exists already")
+
+
+def test_version():
+    assert belt("--version").stdout.split() == ["belt", belt_ros.__version__]
+
+
+@pytest.mark.parametrize("command", ["replay", "check", "parameters", "demo", "node", "rig"])
+def test_help_has_an_example(command):
+    result = belt(command, "--help")
+    assert result.exit_code == 0
+    assert f"Example: belt {command}" in result.stdout
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, belt_ros.cli;"
+        "print(sorted({'numpy', 'numba', 'rosbags', 'pyarrow', 'rclpy'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_live_commands_say_where_ros_is_missing(monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert_one_line(belt("node"), "needs ROS 2", "make setup")

@@ -65,9 +65,13 @@ class Parameter:
                     f"{self.name} is {value!r}; it must be one of {', '.join(self.choices)}"
                 )
             return value
-        if isinstance(value, bool) or not isinstance(value, int | float):
+        # YAML 1.1 takes 8.1e7, without a sign in its exponent, for text.
+        if isinstance(value, bool) or not isinstance(value, int | float | str):
             raise SettingsError(f"{self.name} is {value!r}; it must be a number")
-        number = float(value)
+        try:
+            number = float(value)
+        except ValueError:
+            raise SettingsError(f"{self.name} is {value!r}; it must be a number") from None
         if not self.low <= number <= self.high:
             raise SettingsError(
                 f"{self.name} is {number:g} {self.unit}; it must lie between {self.low:g} "

@@ -122,6 +122,9 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
         Moves an array of states (points, dim) by dt [s] and returns it.
     """
 
+    x: _Floats
+    P: _Floats
+
     def __init__(self, dim: int, propagate: Callable[[_Floats, float], _Floats]) -> None:
         # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
         # keep every weight positive and alike for mean and covariance, so that the weighted sum
@@ -141,10 +144,8 @@ class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
 
         What has so changed takes part in the motion that `predict` follows with.
         """
-        x: _Floats = self.x
-        covariance: _Floats = self.P
-        self.x = anchor + memory * (x - anchor)
-        self.P = covariance * memory * memory[:, None] + np.diag(added)
+        self.x = anchor + memory * (self.x - anchor)
+        self.P = self.P * memory * memory[:, None] + np.diag(added)
 
     def compute_process_sigmas(self, dt: float, *_: object) -> None:
         """Draw points from the present state and move them all at once."""

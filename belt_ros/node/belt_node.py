@@ -102,9 +102,9 @@ class BeltNode(LifecycleNode):
             return TransitionCallbackReturn.FAILURE
         if foreign:
             self.get_logger().warning(f"not parameters of this node: {', '.join(foreign)}")
+        seconds = warm_up(settings)  # first: who waits for a subscriber waits for one that listens
         self._make_publishers()
         self._make_inputs(node_settings)
-        seconds = warm_up(settings)
         self._pipeline = Pipeline(self.get_name(), self._subscription.topic_name, settings)
         self.get_logger().info(
             f"{settings.name}: configured, kernels compiled or loaded in {seconds:.2f} s"

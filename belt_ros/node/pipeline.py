@@ -13,7 +13,6 @@ from sensor_msgs.msg import JointState
 
 from belt_ros.estimation import (
     AlarmStatus,
-    BeltEstimate,
     Health,
     Measurement,
     MonitorOutput,
@@ -70,7 +69,6 @@ class Pipeline:
         self._steady = steady
         self._monitor = settings.monitor()
         self._alarm: AlarmStatus | None = None
-        self._resets = 0
         self.begin()
 
     @property
@@ -105,7 +103,7 @@ class Pipeline:
     def _outcome(self, output: MonitorOutput) -> Outcome:
         if output.rejection is not Rejection.NONE or output.estimate is None:
             return Outcome(output.rejection)
-        status = output.alarm or self._first_alarm(output.estimate)
+        status = output.alarm
         name = self._settings.name
         state = state_message(name, output.estimate)
         if status is None:
@@ -118,16 +116,6 @@ class Pipeline:
             alarm_message(name, status),
             worsened=status.severity > before,
         )
-
-    def _first_alarm(self, estimate: BeltEstimate) -> AlarmStatus | None:
-        """Return the status with which the alarm begins, once after start and every reset.
-
-        The monitor reports changes only; to those who join later, normal is news too.
-        """
-        if self._alarm is not None and self._resets == estimate.health.resets:
-            return None
-        self._resets = estimate.health.resets
-        return self._monitor.acknowledge()
 
     def reset(self) -> None:
         """Start anew at the priors."""

@@ -91,6 +91,10 @@ class JointStateBag:
         for log_ns, data in self._raw(self.topic):
             yield JointSample(log_ns, self._read(data))
 
+    def serialised(self) -> Iterator[tuple[int, bytes]]:
+        """Yield log time [ns] and bytes of every message on the topic, in bag order."""
+        yield from self._raw(self.topic)
+
     def _topics(self) -> list[Topic]:
         return [topic for source in self._sources for topic in source.topics]
 

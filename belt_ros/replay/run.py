@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from belt_ros.estimation import AlarmStatus, BeltMonitor, MonitorOutput, Rejection
+from belt_ros.estimation import Rejection
 from belt_ros.replay.errors import BagError
 from belt_ros.replay.reader import JointStateBag
 from belt_ros.replay.results import ResultWriter
@@ -12,22 +12,6 @@ from belt_ros.settings import DriveSettings
 
 Progress = Callable[[int, int], None]
 _PROGRESS_EVERY = 100  # messages
-
-
-class _AlarmHerald:
-    """Says when the alarm is news: on change, and once after start and every reset, as live."""
-
-    def __init__(self, monitor: BeltMonitor) -> None:
-        self._monitor = monitor
-        self._begun: int | None = None
-
-    def status(self, output: MonitorOutput) -> AlarmStatus | None:
-        if output.rejection is not Rejection.NONE or output.estimate is None:
-            return None
-        resets = output.estimate.health.resets
-        begins = resets != self._begun
-        self._begun = resets
-        return self._monitor.acknowledge() if begins and output.alarm is None else output.alarm
 
 
 def replay(
@@ -68,7 +52,6 @@ def replay(
     """
     path = Path(bag)
     monitor = settings.monitor()
-    herald = _AlarmHerald(monitor)
     tally = Tally(settings)
     with (
         JointStateBag(path, settings.driver, settings.driven, topic) as source,
@@ -79,12 +62,11 @@ def replay(
                 output = monitor.reject(content)
             else:
                 output = monitor.step(content)
-            status = herald.status(output)
-            tally.add(output, status)
+            tally.add(output, output.alarm)
             if output.rejection is Rejection.NONE and output.estimate is not None:
                 results.write_state(log_ns, output.estimate)
-            if status is not None:
-                results.write_alarm(log_ns, status)
+            if output.alarm is not None:
+                results.write_alarm(log_ns, output.alarm)
             if progress is not None and tally.messages % _PROGRESS_EVERY == 0:
                 progress(tally.messages, source.count)
         if tally.accepted == 0:

@@ -189,7 +189,7 @@ def test_a_transition_that_raises_is_logged_and_leaves_nothing_behind(
         raise MemoryError("no room")
 
     with monkeypatch.context() as patch:
-        patch.setattr("belt_ros.node.belt_node.warm_up", fail)
+        patch.setattr("belt_ros.node.belt_node.Pipeline", fail)
         assert node.trigger_configure() is TransitionCallbackReturn.ERROR
 
     assert "MemoryError: no room" in said[-1]

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from node_harness import MILLISECOND, SECOND, Client, NodeProcess, stamp
+from node_harness import SECOND, Client, NodeProcess, stamp
 from rosgraph_msgs.msg import Clock
 
 pytestmark = pytest.mark.ros
@@ -61,6 +61,3 @@ def test_simulated_time_that_goes_back_resets_once(
         assert client.states[-1].accepted_count == 20
         assert sum(client.states[-1].rejection_counts) == 0
         assert node.log.count("ROS time went back") == 1
-        row = client.row(" input")
-        latency = {pair.key: pair.value for pair in row.values}["latency mean [ms]"]
-        assert abs(float(latency)) < 100 * MILLISECOND

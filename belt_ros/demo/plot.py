@@ -12,6 +12,8 @@ from belt_ros.demo.verdict import stamp_ns
 
 _Floats = NDArray[np.float64]
 _BAND = 1.96
+_STANDSTILL = 1  # BeltState.PHASE_STANDSTILL, in which slip has no meaning
+_CREEP = 3.0  # [%] up to which slip is drawn to scale, and beyond on a logarithm
 _SEVERITY_COLOURS = ("", "#f2c14e", "#e4572e", "#8f1d14")
 
 
@@ -21,30 +23,28 @@ def draw(path: Path, title: str, states: list[Any], truths: list[Any], alarms: l
     from matplotlib import pyplot as plt  # noqa: PLC0415 - the backend comes first
 
     begin = stamp_ns(states[0])
-    figure, axes = plt.subplots(4, 1, figsize=(10, 11), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(4, 1, figsize=(11, 11), sharex=True, layout="constrained")
     figure.suptitle(title)
-    _panel(axes[0], begin, states, truths, "slip", "slip [%]", 100.0, "#2a6f97")
+    moving = [state for state in states if state.phase != _STANDSTILL]
+    turning = [truth for truth in truths if truth.phase != _STANDSTILL]
+    _panel(axes[0], begin, moving, turning, "slip", "slip [%]", 100.0, "#2a6f97")
     _panel(axes[1], begin, states, truths, "tight_tension", "tension [N]", 1.0, "#2a6f97", "tight")
     _panel(axes[1], begin, states, truths, "slack_tension", "tension [N]", 1.0, "#6a994e", "slack")
     _stiffness(axes[2], begin, states, truths)
     _panel(axes[3], begin, states, truths, "margin", "margin to slip [%]", 100.0, "#2a6f97")
     _alarms(axes[3], begin, states, alarms)
-    axes[0].set_ylim(*_range([100.0 * state.slip for state in states]))
+    axes[0].set_yscale("symlog", linthresh=_CREEP)
+    axes[0].set_ylim(-_CREEP, 100.0)
+    axes[0].yaxis.set_major_formatter("{x:g}")
     tensions = [state.tight_tension for state in states]
     axes[1].set_ylim(0.0, 1.4 * float(np.quantile(tensions, 0.995)))
     axes[3].set_ylim(-10.0, 110.0)
     axes[3].set_xlabel("time [s]")
     for axis in axes:
         axis.grid(alpha=0.3)
-        axis.legend(loc="upper left", fontsize="small")
+        axis.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", frameon=False)
     figure.savefig(path, dpi=100)
     plt.close(figure)
-
-
-def _range(values: list[float]) -> tuple[float, float]:
-    low, high = np.quantile(values, [0.01, 0.995])
-    reach = max(high - low, 1e-3)
-    return float(low - 0.15 * reach), float(high + 0.15 * reach)
 
 
 def _column(begin: int, states: list[Any], name: str, factor: float) -> tuple[_Floats, _Floats]:

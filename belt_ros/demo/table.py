@@ -1,5 +1,6 @@
 """The live table: what the node says, how sure it is, and what is true where that is known."""
 
+import math
 from typing import Any
 
 from rich.table import Table
@@ -61,7 +62,7 @@ def plain_line(state: Any, alarm: Any | None, elapsed: float) -> str:
     """Return the same in one line, for output that is no terminal."""
     word = "none" if alarm is None else _SEVERITIES[alarm.severity][0]
     return (
-        f"{elapsed:5.1f} s  {_PHASES[state.phase]:<12}"
+        f"{elapsed:5.1f} s  {_PHASES[state.phase]:<13}"
         f"slip {state.slip:8.3%} +/- {state.slip_stddev:.3%}  "
         f"tensions {state.tight_tension:4.0f} / {state.slack_tension:4.0f} "
         f"+/- {state.tight_tension_stddev:3.0f} N  "
@@ -72,4 +73,4 @@ def plain_line(state: Any, alarm: Any | None, elapsed: float) -> str:
 
 def factor(state: Any) -> float:
     """Return the factor by which kf may be off, one standard deviation."""
-    return float(2.718281828459045 ** min(state.friction_stiffness_log_stddev, 20.0))
+    return math.exp(min(state.friction_stiffness_log_stddev, 20.0))

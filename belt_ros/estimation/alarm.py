@@ -188,6 +188,11 @@ class SlipAlarm:
         excess = Quantity(abs(estimate.excess_slip.value), estimate.excess_slip.stddev)
         return 1.0 - probability_below(excess, limit)
 
+    def _holds(self, estimate: BeltEstimate) -> bool:
+        """Whether the raised condition is still there, rather than waiting for its off-delay."""
+        probability = self._probability(self._condition, self._severity, estimate)
+        return probability >= self.settings.clear_confidence
+
     def _status(self, estimate: BeltEstimate) -> AlarmStatus:
         return AlarmStatus(
             stamp_ns=estimate.stamp_ns,
@@ -207,6 +212,11 @@ class SlipAlarm:
     def _message(self, estimate: BeltEstimate) -> str:
         tension = estimate.mean_tension
         known = f"mean tension {tension.value:.0f} +/- {tension.stddev:.0f} N"
+        if self._condition is not Condition.NONE and not self._holds(estimate):
+            return (
+                f"{self._name}: recovering, {estimate.margin.value:.0%} margin and "
+                f"{estimate.slip.value:.2%} slip now; the alarm clears if it lasts ({known})."
+            )
         if self._condition is Condition.GROSS_SLIP:
             return (
                 f"{self._name}: gross slip, {estimate.slip.value:.0%} of the driver's travel is "

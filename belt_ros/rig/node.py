@@ -23,7 +23,7 @@ from belt_ros.settings import DriveSettings, load_settings
 _QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
 _LONGEST_WAIT = 0.1  # [s] until the node next looks whether it is to stop
 _LONGEST_NEGLECT = 0.05  # [s] for which a node that is late leaves its services waiting
-_SETTLING = 0.3  # [s] that a subscriber takes to know of the publisher, once this knows of it
+_SETTLING = 1.0  # [s] that a subscriber takes to know of the publisher, once this knows of it
 _DELIVERY = Duration(seconds=0.5)
 
 

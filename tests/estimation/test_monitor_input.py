@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from runs import Runner, assert_sound
 
 from belt_ros.estimation import AlarmSettings, Drift, Measurement, Rejection, SensorNoise
 from belt_ros.estimation.assumptions import SensorLimits
-
-from .conftest import Runner, assert_sound
 
 PERIOD_NS = 10_000_000
 STEADY = Measurement(0, 120.0, 119.2, 45.0, -45.0)

@@ -4,11 +4,10 @@ import dataclasses
 import math
 
 import pytest
+from runs import Runner, assert_sound, coverage, within
 
 from belt_ros.estimation import Condition, Knowledge, Phase, Severity
 from belt_ros.mechanics import solve_equilibrium
-
-from .conftest import Runner, assert_sound, coverage, within
 
 STEADY = {"seed": 5, "sample_rate": 100.0, "speed": [[0.0, 0.0], [1.0, 120.0]]}
 

@@ -141,6 +141,8 @@ def _parameter_row(parameter: Parameter) -> tuple[str, ...]:
     if math.isfinite(parameter.low) and math.isfinite(parameter.high):
         bounds = f"{parameter.low:g} to {parameter.high:g}"
     changeable = "fixed" if parameter.fixed else "may change"
+    if parameter.name.startswith("prior."):
+        changeable = "at configure"
     return parameter.name, parameter.unit, shown, bounds, changeable, parameter.meaning
 
 

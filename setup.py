@@ -15,8 +15,9 @@ class BuildWithMessages(build_py):
 
     def _copies(self):
         place = os.path.join(self.build_lib, NAME, "message_texts")
-        # An editable installation reads the checkout's.
-        sources = [] if self.editable_mode else sorted(glob(f"{MESSAGES}/*.msg"))
+        # An editable installation reads the checkout's. Humble's setuptools knows no such mode.
+        editable = getattr(self, "editable_mode", False)
+        sources = [] if editable else sorted(glob(f"{MESSAGES}/*.msg"))
         return [(source, os.path.join(place, os.path.basename(source))) for source in sources]
 
     def run(self):

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Make `.venv`: ROS 2, belt_ros, its messages and its tools, ready without sourcing anything.
 
-Three steps, each done again only when what it depends on has changed:
+Four steps, each done again only when what it depends on has changed:
 
 1. a virtual environment;
 2. ROS 2 as Python wheels (not where a ROS 2 installation is sourced: that one is used), belt_ros
    in editable form, everything both need;
-3. the messages in `msg_defs`, built by colcon and installed into the virtual environment.
+3. the messages in `msg_defs`, built by colcon and installed into the virtual environment;
+4. the inner loops, compiled into numba's cache.
 
 `.venv` is thereby a complete ROS 2 prefix, and `ros_environment.py`, which every start of its
 Python imports, sets the variables that sourcing would set. Needs only the standard library.
@@ -115,7 +116,7 @@ def check_prerequisites(ros: str) -> None:
         raise SetupError(f"Cannot set up belt_ros yet. Missing:\n{names}\nInstall:\n  {install}")
 
 
-# --- The three steps ---------------------------------------------------------------------------
+# --- The four steps ----------------------------------------------------------------------------
 
 
 def make_virtual_environment(ros: str) -> None:
@@ -215,6 +216,17 @@ def build_messages() -> None:
     outcome = run_quietly(VENV_PYTHON, "-c", check)
     if outcome.returncode:
         raise SetupError(f"{outcome.stderr}\nThe messages were built, but do not load. Log: {LOG}")
+
+
+def compile_kernels() -> bool:
+    """Compile the inner loops; return whether that went well."""
+    try:
+        run_logged("inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py")
+    except SetupError as error:
+        # Sources in the middle of an edit must not keep anyone from checking and testing them.
+        print(error, "They will be compiled when they are first used.", sep="\n")
+        return False
+    return True
 
 
 # --- How a step is run -------------------------------------------------------------------------
@@ -325,11 +337,14 @@ def set_up() -> None:
     requirements = [TOOLS / "requirements-ros.txt", TOOLS / "requirements-build.txt"]
     hook = TOOLS / "ros_environment.py"
     sources = sorted(file for file in MESSAGES.rglob("*") if file.is_file())
+    modules = sorted((ROOT / "belt_ros").rglob("*.py"))
+    kernels = [file for file in modules if b"compiled" in file.read_bytes()]
     keys = {
         "ros": ros,
         "venv": f"{base_python()} {platform.python_version()} in {ROOT}",
         "packages": fingerprint(ROOT / "setup.py", ROOT / "setup.cfg", hook, *requirements),
         "messages": fingerprint(*requirements, *sources),
+        "kernels": fingerprint(TOOLS / "compile_kernels.py", *kernels),
     }
     if state.done == keys and VENV_PYTHON.exists():
         print("The environment is up to date: .venv")
@@ -360,6 +375,10 @@ def set_up() -> None:
         state.begin("messages")
         build_messages()
         state.finish("messages", keys["messages"])
+    if state.done.get("kernels") != keys["kernels"]:
+        state.begin("kernels")
+        if compile_kernels():
+            state.finish("kernels", keys["kernels"])
 
 
 def main() -> int:

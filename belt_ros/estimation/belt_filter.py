@@ -6,12 +6,12 @@ there is no clock here.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
+from belt_ros.estimation.bank import UnscentedBank
 from belt_ros.estimation.estimate import Quantity, probability_below
 from belt_ros.estimation.gaussian_sum import (
     Component,
@@ -22,8 +22,7 @@ from belt_ros.estimation.gaussian_sum import (
 )
 from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.process import UndevelopedCreep, drift_process, prior_state
-from belt_ros.estimation.state import READINGS, STATES, Index, Reading, propagate, read
-from belt_ros.estimation.unscented import BatchedUnscentedFilter, moments
+from belt_ros.estimation.state import STATES, Index, Reading
 from belt_ros.mechanics.creep import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
 
@@ -34,8 +33,8 @@ _SENSED = np.array(
 )
 _BELT = slice(Index.LOG_TENSION, STATES)
 _AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
-_NODES = (7, 5)
-_WIDTHS = (0.6, 0.6)  # of a member, in prior standard deviations
+_NODES = (11, 3)
+_WIDTHS = (0.36, 0.8)  # of a member, in prior standard deviations
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
 _CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
@@ -46,27 +45,27 @@ _LEAST_ACTIVITY = 0.01
 _SECONDS = 1e-9
 
 
-class Readings(NamedTuple):
-    """What is read off the members: their weights (k,), means and deviations (k, 11)."""
+class Readings:
+    """What is read off the members, each with a row of means and deviations, and of them all."""
 
-    weights: _Floats
-    means: _Floats
-    deviations: _Floats
+    def __init__(self, weights: _Floats, means: _Floats, deviations: _Floats) -> None:
+        self._weights = weights
+        self._means = means
+        self._deviations = deviations
+        self._mean = weights @ means
+        self._deviation = np.sqrt(weights @ (deviations**2 + (means - self._mean) ** 2))
 
     def quantity(self, place: Reading) -> Quantity:
         """Mean and standard deviation of one reading over all members."""
-        means = self.means[:, place]
-        mean = float(self.weights @ means)
-        variance = self.weights @ (self.deviations[:, place] ** 2 + (means - mean) ** 2)
-        return Quantity(mean, math.sqrt(float(variance)))
+        return Quantity(float(self._mean[place]), float(self._deviation[place]))
 
     def probability_below(self, place: Reading, limit: float) -> float:
         """Probability that one reading lies below `limit`, over all members."""
-        each = [
-            probability_below(Quantity(mean, deviation), limit)
-            for mean, deviation in zip(self.means[:, place], self.deviations[:, place], strict=True)
-        ]
-        return float(self.weights @ np.array(each))
+        pairs = zip(
+            self._means[:, place].tolist(), self._deviations[:, place].tolist(), strict=True
+        )
+        each = [probability_below(Quantity(*pair), limit) for pair in pairs]
+        return float(self._weights @ np.array(each))
 
 
 class BeltFilter:
@@ -98,8 +97,8 @@ class BeltFilter:
         self._tension_scale = prior.tension
         self._prior_mean, self.prior_stddev = prior_state(prior, drive)
         self._undeveloped = UndevelopedCreep(self._constants)
-        self._members: list[BatchedUnscentedFilter] = []
-        self._changing: list[bool] = []
+        self._bank = UnscentedBank(self._constants, self._prior_mean)
+        self._changing = np.zeros(0, dtype=np.int64)
         self._log_weights = np.zeros(0)
         self._squared = np.zeros(0)
         self._surprise = np.zeros(0)
@@ -113,7 +112,7 @@ class BeltFilter:
     @property
     def members(self) -> int:
         """Number of Gaussians alive."""
-        return len(self._members)
+        return len(self._bank)
 
     def start(self, measurement: Measurement) -> None:
         """Begin at the prior, at the speeds and torques of `measurement`."""
@@ -141,8 +140,7 @@ class BeltFilter:
                 component.mean[place] = value
                 component.covariance[place, place] = spread
         self._adopt(components)
-        for member in self._members:
-            member.update(z[2:], variance[2:], seen[2:])
+        self._bank.update(z[2:], variance[2:], seen[2:])
         self.stamp_ns = measurement.stamp_ns
         self._summarise()
         self._undeveloped.start(float(self.x[Index.PULL]))
@@ -158,13 +156,13 @@ class BeltFilter:
         assert self.stamp_ns is not None, "start() comes before predict()"
         dt = (measurement.stamp_ns - self.stamp_ns) * _SECONDS
         z, variance, seen = self._reading(measurement)
-        before = self._components()
+        before = self._bank.x, self._bank.P
         undeveloped = self._follow_creep(dt)
         self._advance(dt, undeveloped)
         self._squared = self._innovations_squared(z, variance, seen)
         if np.min(self._squared) > _SURPRISE * len(seen):
             # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
-            self._adopt(before)
+            self._bank.x, self._bank.P = before
             self._load_activity = 1.0
             self._advance(dt, undeveloped)
             self._squared = self._innovations_squared(z, variance, seen)
@@ -182,8 +180,8 @@ class BeltFilter:
         nothing of the belt, and where that is misjudged, it would favour the most certain for ever.
         """
         weights = normalised(self._log_weights)
-        innovations = z - np.stack([member.x[seen] for member in self._members])
-        spread = np.stack([member.P[np.ix_(seen, seen)] for member in self._members])
+        innovations = z - self._bank.x[:, seen]
+        spread = self._bank.P[:, seen[:, None], seen]
         covariance = np.tensordot(weights, spread, 1) + np.diag(variance)
         whitened = np.linalg.solve(covariance, innovations.T)
         self._surprise = np.square(weights @ innovations) / np.diag(covariance)
@@ -198,8 +196,7 @@ class BeltFilter:
             Normalised innovation squared, averaged over the members, and its degrees of freedom.
         """
         z, variance, seen = self._reading(measurement)
-        for member in self._members:
-            member.update(z, variance, seen)
+        self._bank.update(z, variance, seen)
         squared = float(normalised(self._log_weights) @ self._squared)
         self._log_weights = self._log_weights - 0.5 * self._squared
         self._log_weights -= np.max(self._log_weights)
@@ -217,20 +214,7 @@ class BeltFilter:
         """
         weights = normalised(self._log_weights)
         shown = np.flatnonzero(weights >= _READ_ABOVE)
-        exact = np.zeros(READINGS)
-        parts = [
-            moments(
-                read(self._constants, self._members[i].posterior_points(), slowest),
-                self._members[i].Wm,
-                exact,
-            )
-            for i in shown
-        ]
-        return Readings(
-            weights[shown] / np.sum(weights[shown]),
-            np.stack([mean for mean, _ in parts]),
-            np.stack([np.sqrt(np.maximum(np.diag(covariance), 0.0)) for _, covariance in parts]),
-        )
+        return Readings(weights[shown] / np.sum(weights[shown]), *self._bank.read(shown, slowest))
 
     def _follow_creep(self, dt: float) -> tuple[float, float]:
         speed = abs(float(self.x[Index.DRIVER_SPEED])) * self._constants.driver_radius
@@ -251,11 +235,7 @@ class BeltFilter:
             )
             for changing in (False, True)
         )
-        for member, is_changing in zip(self._members, self._changing, strict=True):
-            process = changing if is_changing else settled
-            member.fade(self._prior_mean, process.memory, process.belt_variance)
-            member.Q = process.motion_variance
-            member.predict(dt)
+        self._bank.predict(dt, (settled, changing), self._changing)
 
     def _follow_load(self, seen: NDArray[np.int64], dt: float) -> None:
         """Fit how fast the load is taken to wander to how well its torque was foretold."""
@@ -266,9 +246,6 @@ class BeltFilter:
         excess = min(float(np.mean(surprise)), _SURPRISE) - 1.0
         activity = self._load_activity * math.exp(excess * dt / _LOAD_MEMORY)
         self._load_activity = min(max(activity, _LEAST_ACTIVITY), 1.0)
-
-    def _move(self, states: _Floats, dt: float) -> _Floats:
-        return propagate(self._constants, states, dt)
 
     def _reduce(self) -> None:
         """Drop and merge members; now and then let the best begin, or end, a change of tension.
@@ -288,28 +265,23 @@ class BeltFilter:
 
     def _components(self) -> list[Component]:
         return [
-            Component(float(log_weight), member.x, member.P, changing)
-            for log_weight, member, changing in zip(
-                self._log_weights, self._members, self._changing, strict=True
+            Component(float(log_weight), x, covariance, bool(changing))
+            for log_weight, x, covariance, changing in zip(
+                self._log_weights, self._bank.x, self._bank.P, self._changing, strict=True
             )
         ]
 
     def _adopt(self, components: list[Component]) -> None:
         """Make `components` the members."""
-        while len(self._members) < len(components):
-            self._members.append(BatchedUnscentedFilter(STATES, self._move))
-        del self._members[len(components) :]
-        for member, component in zip(self._members, components, strict=True):
-            member.x, member.P = component.mean, component.covariance
-        self._changing = [component.changing for component in components]
+        self._bank.x = np.stack([component.mean for component in components])
+        self._bank.P = np.stack([component.covariance for component in components])
+        self._changing = np.array([component.changing for component in components], dtype=np.int64)
         self._log_weights = np.array([component.log_weight for component in components])
 
     def _summarise(self) -> None:
         """Set `x` and `covariance` to those of the sum."""
         self.x, self.covariance = mixture_moments(
-            normalised(self._log_weights),
-            np.stack([member.x for member in self._members]),
-            np.stack([member.P for member in self._members]),
+            normalised(self._log_weights), self._bank.x, self._bank.P
         )
 
     def _reading(self, measurement: Measurement) -> tuple[_Floats, _Floats, NDArray[np.int64]]:

@@ -1,9 +1,7 @@
-"""An unscented filter whose points are moved together and whose covariance stays positive.
+"""The unscented filter's work on points and covariance, compiled.
 
-filterpy's `UnscentedKalmanFilter` carries the filter; here its work on points and covariance is
-compiled. Tests hold the result against the stock class. Three things are done differently:
+Two things are done differently from filterpy's stock class, against which tests hold the result:
 
-* all sigma points go through the process model in one call;
 * the square root is taken of the correlation matrix, since the states' scales differ by ten
   decades, and a pivot that rounding has made negative is lifted, which only widens the estimate;
 * measurements read states directly, so each is taken in by Joseph's scalar form. That is what the
@@ -11,10 +9,8 @@ compiled. Tests hold the result against the stock class. Three things are done d
 """
 
 import math
-from collections.abc import Callable
 
 import numpy as np
-from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from numpy.typing import NDArray
 
 from belt_ros.mechanics._compile import compiled
@@ -76,29 +72,16 @@ def moments(points: _Floats, weights: _Floats, added: _Floats) -> tuple[_Floats,
 @compiled
 def take_in(
     x: _Floats, covariance: _Floats, z: _Floats, variance: _Floats, seen: _Places
-) -> tuple[_Floats, _Floats, float, float]:
-    """Update by readings `z` of the states `seen`, each of its own `variance`.
-
-    Returns
-    -------
-    x, covariance : ndarray
-    squared : float
-        Normalised innovation squared of all readings together.
-    log_determinant : float
-        Of the innovation covariance.
-    """
+) -> tuple[_Floats, _Floats]:
+    """Update by readings `z` of the states `seen`, each of its own `variance`."""
     n = x.shape[0]
     x = x.copy()
     p = covariance.copy()
     gain = np.empty(n)
-    squared = 0.0
-    log_determinant = 0.0
     for reading in range(z.shape[0]):
         at = seen[reading]
         total = p[at, at] + variance[reading]
         innovation = z[reading] - x[at]
-        squared += innovation * innovation / total
-        log_determinant += math.log(total)
         for i in range(n):
             gain[i] = p[i, at] / total
         row = p[at].copy()
@@ -108,62 +91,4 @@ def take_in(
                 value = p[i, j] - gain[i] * row[j] - row[i] * gain[j] + gain[i] * total * gain[j]
                 p[i, j] = value
                 p[j, i] = value
-    return x, p, squared, log_determinant
-
-
-class BatchedUnscentedFilter(UnscentedKalmanFilter):  # type: ignore[misc]
-    """Unscented filter over `propagate(states, dt)`, with its states read directly.
-
-    Parameters
-    ----------
-    dim : int
-        Number of states.
-    propagate : callable
-        Moves an array of states (points, dim) by dt [s] and returns it.
-    """
-
-    x: _Floats
-    P: _Floats
-
-    def __init__(self, dim: int, propagate: Callable[[_Floats, float], _Floats]) -> None:
-        # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
-        # keep every weight positive and alike for mean and covariance, so that the weighted sum
-        # is a covariance.
-        points = MerweScaledSigmaPoints(dim, 1.0, 0.0, 1.0)
-        super().__init__(dim, dim, 1.0, None, None, points)
-        self._propagate = propagate
-        self._spread = dim + 1.0
-        self.Q = np.zeros(dim)
-
-    def posterior_points(self) -> _Floats:
-        """Sigma points (2 dim + 1, dim) of the present state."""
-        return sigma_points(self.x, self.P, self._spread)
-
-    def fade(self, anchor: _Floats, memory: _Floats, added: _Floats) -> None:
-        """Keep a share `memory` (dim,) of the distance from `anchor` (dim,), and add variance.
-
-        What has so changed takes part in the motion that `predict` follows with.
-        """
-        self.x = anchor + memory * (self.x - anchor)
-        self.P = self.P * memory * memory[:, None] + np.diag(added)
-
-    def compute_process_sigmas(self, dt: float, *_: object) -> None:
-        """Draw points from the present state and move them all at once."""
-        self.sigmas_f = self._propagate(self.posterior_points(), dt)
-
-    def predict(self, dt: float, *_: object) -> None:
-        """Advance state and covariance by `dt` [s]; `Q` is the diagonal that `dt` adds."""
-        self.compute_process_sigmas(dt)
-        self.x, self.P = moments(self.sigmas_f, self.Wm, self.Q)
-
-    def update(self, z: _Floats, variance: _Floats, seen: _Places) -> tuple[float, float]:
-        """Take in readings of the states `seen`.
-
-        Returns
-        -------
-        tuple of float
-            Normalised innovation squared, and ln of the readings' likelihood.
-        """
-        self.x, self.P, squared, log_determinant = take_in(self.x, self.P, z, variance, seen)
-        likelihood = -0.5 * (squared + log_determinant + len(z) * math.log(2.0 * math.pi))
-        return squared, likelihood
+    return x, p

@@ -74,33 +74,28 @@ class ArcSolution(NamedTuple):
 
 
 @compiled
-def _gradient_at_transition(x: float, a: float, role: int) -> float:
-    """D for which sliding begins at x: D sinh x = a (1 -+ D +- D cosh x), without overflow."""
+def _gradient_at_transition(x: float, a: float, role: int) -> tuple[float, float]:
+    """D for which sliding begins at x, and d ln D / dx there.
+
+    Solves D sinh x = a (1 -+ D +- D cosh x), written so that nothing overflows.
+    """
     e = math.exp(-x)
     one_minus_e = -math.expm1(-x)
-    return 2.0 * a * e / (one_minus_e * ((1.0 + e) - role * a * one_minus_e))
+    denominator = one_minus_e * ((1.0 + e) - role * a * one_minus_e)
+    log_slope = -(1.0 + e * e - role * a * one_minus_e * (1.0 + e)) / denominator
+    return 2.0 * a * e / denominator, log_slope
 
 
 @compiled
-def _gradient_log_slope(x: float, a: float, role: int) -> float:
-    """D ln D / dx of `_gradient_at_transition`."""
-    e = math.exp(-x)
-    one_minus_e = -math.expm1(-x)
-    numerator = 1.0 + e * e - role * a * one_minus_e * (1.0 + e)
-    return -numerator / (one_minus_e * ((1.0 + e) - role * a * one_minus_e))
+def _two_zone_traction(x: float, a: float, wrap: float, role: int) -> tuple[float, float]:
+    """Traction ln(w_H/w_L) of an arc that creeps up to x and slides from there, and its slope in x.
 
-
-@compiled
-def _two_zone_traction(x: float, a: float, wrap: float, role: int) -> float:
-    """Traction ln(w_H/w_L) of an arc that creeps up to x and slides from there to the outlet."""
-    return a * (wrap - x) - role * math.log1p(-role * a * math.tanh(0.5 * x))
-
-
-@compiled
-def _two_zone_slope(x: float, a: float, role: int) -> float:
-    """Return the derivative of `_two_zone_traction` in x; negative where two zones can be."""
+    The slope is negative wherever the two zones are admissible.
+    """
     t = math.tanh(0.5 * x)
-    return -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / (1.0 - role * a * t)
+    held = 1.0 - role * a * t
+    traction = a * (wrap - x) - role * math.log1p(-role * a * t)
+    return traction, -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
 
 
 @compiled
@@ -123,13 +118,15 @@ def _two_zone_arc(traction: float, a: float, wrap: float, role: int) -> ArcState
     x = (a * wrap - traction) / a
     if not (low < x < high):
         x = 0.5 * wrap
+    slope = 0.0
     for _ in range(_NEWTON_STEPS):
-        error = _two_zone_traction(x, a, wrap, role) - traction
+        found, slope = _two_zone_traction(x, a, wrap, role)
+        error = found - traction
         if error > 0.0:
             low = x
         else:
             high = x
-        candidate = x - error / _two_zone_slope(x, a, role)
+        candidate = x - error / slope
         if not (low <= candidate <= high):
             candidate = 0.5 * (low + high)
         change = abs(candidate - x)
@@ -137,9 +134,8 @@ def _two_zone_arc(traction: float, a: float, wrap: float, role: int) -> ArcState
         # A Newton step doubles the digits, so the one after this would only add rounding.
         if change <= 1e-10 * x:
             break
-    gradient = _gradient_at_transition(x, a, role)
-    slope = gradient * _gradient_log_slope(x, a, role) / _two_zone_slope(x, a, role)
-    return ArcState(gradient, slope, x, math.nan)
+    gradient, log_slope = _gradient_at_transition(x, a, role)
+    return ArcState(gradient, gradient * log_slope / slope, x, math.nan)
 
 
 @compiled
@@ -183,9 +179,9 @@ def _traction_of_gradient(inverse: float, a: float, wrap: float) -> tuple[float,
 @compiled
 def _compliant_slope(d: float, a: float, wrap: float, transition: float, restick: float) -> float:
     """Return dD / d traction of a sliding driven arc with a >= 1."""
-    transition_slope = 1.0 / (d * _gradient_log_slope(transition, a, 1))
+    transition_slope = 1.0 / (d * _gradient_at_transition(transition, a, 1)[1])
     if math.isnan(restick):
-        return 1.0 / (_two_zone_slope(transition, a, 1) * transition_slope)
+        return 1.0 / (_two_zone_traction(transition, a, wrap, 1)[1] * transition_slope)
     half_sinh = math.sinh(0.5 * transition)
     stretch = 2.0 * half_sinh * half_sinh
     log_w1_slope = (stretch + d * math.sinh(transition) * transition_slope) / (1.0 + d * stretch)
@@ -204,29 +200,30 @@ def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
     if critical < wrap:
         largest = 1.0 / (a * (a + math.sqrt((a - 1.0) * (a + 1.0))))
     else:
-        largest = 1.0 / _gradient_at_transition(wrap, a, 1)
-    if traction <= _traction_of_gradient(largest, a, wrap)[0]:
+        largest = 1.0 / _gradient_at_transition(wrap, a, 1)[0]
+    at_largest = _traction_of_gradient(largest, a, wrap)[0]
+    if traction <= at_largest:
         return _elastic_arc(traction, wrap, 1)
     low, high = 0.0, largest
-    f_low = a * wrap - traction
-    f_high = _traction_of_gradient(high, a, wrap)[0] - traction
-    x = low - f_low * (high - low) / (f_high - f_low)
+    # Near gross slip the traction falls short of its limit in proportion to 1/D.
+    x = largest * (a * wrap - traction) / (a * wrap - at_largest)
+    slope, transition, restick = math.inf, 0.0, math.nan
     for _ in range(_BISECTION_STEPS):
-        f = _traction_of_gradient(x, a, wrap)[0] - traction
-        width = high - low
-        # Illinois: halve the value at the end that is kept, so that both ends move in.
-        if f > 0.0:
-            low, f_low, f_high = x, f, 0.5 * f_high
+        found, transition, restick = _traction_of_gradient(x, a, wrap)
+        error = found - traction
+        if error > 0.0:
+            low = x
         else:
-            high, f_high, f_low = x, f, 0.5 * f_low
-        candidate = low - f_low * (high - low) / (f_high - f_low)
-        if not (low < candidate < high) or high - low > 0.75 * width:
+            high = x
+        slope = _compliant_slope(1.0 / x, a, wrap, transition, restick)
+        candidate = x + error * x * x * slope
+        if not (low <= candidate <= high):  # also where the slope is not finite
             candidate = 0.5 * (low + high)
-        if abs(candidate - x) <= _ROUNDING * x or f == 0.0:
-            break
+        change = abs(candidate - x)
         x = candidate
+        if change <= 1e-10 * x:
+            break
     _, transition, restick = _traction_of_gradient(x, a, wrap)
-    slope = _compliant_slope(1.0 / x, a, wrap, transition, restick)
     return ArcState(1.0 / x, slope, transition, restick)
 
 
@@ -252,7 +249,7 @@ def arc_state(traction: float, a: float, wrap: float, role: int) -> ArcState:
         return ArcState(math.inf, math.inf, 0.0, math.nan)
     if role > 0 and a >= 1.0:
         return _compliant_arc(traction, a, wrap)
-    if traction <= _two_zone_traction(wrap, a, wrap, role):
+    if traction <= _two_zone_traction(wrap, a, wrap, role)[0]:
         return _elastic_arc(traction, wrap, role)
     return _two_zone_arc(traction, a, wrap, role)
 

@@ -238,7 +238,7 @@ def pull_at_creep(
     if not high > 0.0:
         return 0.0
     # A Newton step doubles the digits: a step this small leaves an error of its square.
-    enough = (2e-16 if weight == 0.0 else 1e-10) * capacity
+    enough = (2e-16 if weight == 0.0 else 1e-7) * capacity
     x = min(max(start, 0.0), high)
     for _ in range(_SOLVE_STEPS):
         state = creep(c, x, tension, mu, kf, speed, driven_receives)

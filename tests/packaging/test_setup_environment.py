@@ -1,5 +1,6 @@
 """What set-up says and does, without setting anything up."""
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -17,6 +18,7 @@ def checkout(tmp_path: Path) -> Path:
     copy = tmp_path / "a checkout"
     (copy / "tools").mkdir(parents=True)
     (copy / "msg_defs").mkdir()
+    (copy / "belt_ros").mkdir()
     for file in (*TOOLS.glob("*.py"), *TOOLS.glob("*.txt")):
         (copy / "tools" / file.name).write_text(file.read_text())
     for name in ("setup.py", "setup.cfg"):
@@ -108,17 +110,22 @@ def make(ros):
 setup.make_virtual_environment = make
 setup.install_packages = tell('packages')
 setup.build_messages = tell('messages')
+def compile_kernels():
+    print('step: kernels')
+    return {compiles}
+setup.compile_kernels = compile_kernels
 """
 
 
-def steps(checkout: Path, interrupted: str = "") -> list[str]:
-    result = set_up(checkout, STEPS_THAT_ONLY_TELL.format(interrupted=interrupted))
+def steps(checkout: Path, interrupted: str = "", *, compiles: bool = True) -> list[str]:
+    prelude = STEPS_THAT_ONLY_TELL.format(interrupted=interrupted, compiles=compiles)
+    result = set_up(checkout, prelude)
     assert result.returncode == (130 if interrupted else 0), result.stderr
     return [line.split()[1] for line in result.stdout.splitlines() if line.startswith("step:")]
 
 
 def test_second_set_up_has_nothing_to_do(checkout: Path) -> None:
-    assert steps(checkout) == ["venv", "packages", "messages"]
+    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
     assert steps(checkout) == []
 
 
@@ -128,18 +135,58 @@ def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path)
     assert steps(checkout) == ["messages"]
     (checkout / "setup.py").write_text("# changed\n")
     assert steps(checkout) == ["packages"]
+    (checkout / "belt_ros" / "arc.py").write_text("@compiled\ndef arc(): ...\n")
+    assert steps(checkout) == ["kernels"]
+    (checkout / "belt_ros" / "table.py").write_text("changed\n")
     (checkout / "README.md").write_text("changed\n")
     assert steps(checkout) == []
 
 
 def test_set_up_interrupted_while_installing_starts_again_from_nothing(checkout: Path) -> None:
     assert steps(checkout, interrupted="packages") == ["venv", "packages"]
-    assert steps(checkout) == ["venv", "packages", "messages"]
+    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
 
 
-def test_set_up_interrupted_while_building_messages_builds_only_those(checkout: Path) -> None:
+def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path) -> None:
     steps(checkout, interrupted="messages")
-    assert steps(checkout) == ["messages"]
+    assert steps(checkout) == ["messages", "kernels"]
+
+
+def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkout: Path) -> None:
+    assert steps(checkout, compiles=False)[-1] == "kernels"
+    assert steps(checkout) == ["kernels"]
+
+
+def test_failure_to_compile_is_shown(checkout: Path) -> None:
+    steps(checkout)
+    script = checkout / "tools" / "compile_kernels.py"
+    script.write_text("raise SystemExit('no such kernel')\n")
+    result = set_up(checkout, "setup.VENV_PYTHON = setup.Path(sys.executable)")
+
+    assert result.returncode == 0
+    assert "inner loops ... failed" in result.stdout
+    assert "no such kernel" in result.stdout
+    assert "compiled when they are first used" in result.stdout
+
+
+def test_only_the_latest_machine_code_is_kept(tmp_path: Path) -> None:
+    pytest.importorskip("belt_msgs", reason="belt_msgs is not built")
+    name = "compile_kernels"
+    specification = importlib.util.spec_from_file_location(name, TOOLS / f"{name}.py")
+    assert specification is not None
+    assert specification.loader is not None
+    kernels = importlib.util.module_from_spec(specification)
+    specification.loader.exec_module(kernels)
+    for age, digit in enumerate("abcdef"):
+        place = tmp_path / (digit * 16)
+        place.mkdir()
+        os.utime(place, (1e9 - age, 1e9 - age))
+    (tmp_path / "something else").mkdir()
+
+    kernels.remove_outdated(tmp_path / ("e" * 16))
+
+    left = {place.name for place in tmp_path.iterdir()}
+    assert left == {"e" * 16, "a" * 16, "b" * 16, "something else"}
 
 
 def test_environment_is_completed_in_front_and_once() -> None:

@@ -1,0 +1,137 @@
+"""A bank of unscented filters of the belt, moved, updated and read in one compiled call each.
+
+filterpy's `UnscentedKalmanFilter` carries it: its points' weights, and predict and update, here for
+all members at once. With one member it is the stock class, to rounding.
+"""
+
+import numpy as np
+from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+from numpy.typing import NDArray
+
+from belt_ros.estimation.process import Process
+from belt_ros.estimation.state import READINGS, STATES, propagate, read
+from belt_ros.estimation.unscented import moments, sigma_points, take_in
+from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.creep import DriveConstants
+
+_Floats = NDArray[np.float64]
+_Places = NDArray[np.int64]
+_SPREAD = STATES + 1.0  # kappa = 1
+
+
+@compiled
+def _predict_members(
+    c: DriveConstants,
+    x: _Floats,
+    covariance: _Floats,
+    memory: _Floats,
+    faded: _Floats,
+    added: _Floats,
+    anchor: _Floats,
+    weights: _Floats,
+    dt: float,
+) -> tuple[_Floats, _Floats]:
+    """Fade and move each member; `memory`, `faded`, `added` have a row for each."""
+    members, n = x.shape
+    x_out = np.empty((members, n))
+    p_out = np.empty((members, n, n))
+    mean = np.empty(n)
+    p = np.empty((n, n))
+    for k in range(members):
+        for i in range(n):
+            mean[i] = anchor[i] + memory[k, i] * (x[k, i] - anchor[i])
+            for j in range(n):
+                p[i, j] = covariance[k, i, j] * memory[k, i] * memory[k, j]
+            p[i, i] += faded[k, i]
+        moved = propagate(c, sigma_points(mean, p, _SPREAD), dt)
+        x_out[k], p_out[k] = moments(moved, weights, added[k])
+    return x_out, p_out
+
+
+@compiled
+def _update_members(
+    x: _Floats, covariance: _Floats, z: _Floats, variance: _Floats, seen: _Places
+) -> tuple[_Floats, _Floats]:
+    x_out = np.empty_like(x)
+    p_out = np.empty_like(covariance)
+    for k in range(x.shape[0]):
+        x_out[k], p_out[k] = take_in(x[k], covariance[k], z, variance, seen)
+    return x_out, p_out
+
+
+@compiled
+def _read_members(
+    c: DriveConstants, x: _Floats, covariance: _Floats, weights: _Floats, slowest: float
+) -> tuple[_Floats, _Floats]:
+    """Means and standard deviations of the readings, a row for each member."""
+    members = x.shape[0]
+    means = np.empty((members, READINGS))
+    deviations = np.empty((members, READINGS))
+    exact = np.zeros(READINGS)
+    for k in range(members):
+        rows = read(c, sigma_points(x[k], covariance[k], _SPREAD), slowest)
+        mean, spread = moments(rows, weights, exact)
+        means[k] = mean
+        for i in range(READINGS):
+            deviations[k, i] = np.sqrt(max(spread[i, i], 0.0))
+    return means, deviations
+
+
+class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
+    """Unscented filters of one drive, side by side.
+
+    Parameters
+    ----------
+    constants : DriveConstants
+    anchor : ndarray
+        State (11,) to which what the belt is returns.
+
+    Attributes
+    ----------
+    x : ndarray
+        States (members, 11).
+    P : ndarray
+        Covariances (members, 11, 11).
+    """
+
+    x: _Floats
+    P: _Floats
+
+    def __init__(self, constants: DriveConstants, anchor: _Floats) -> None:
+        # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
+        # keep every weight positive and alike for mean and covariance, so that the weighted sum
+        # is a covariance.
+        points = MerweScaledSigmaPoints(STATES, 1.0, 0.0, _SPREAD - STATES)
+        super().__init__(STATES, STATES, 1.0, None, None, points)
+        self._constants = constants
+        self._anchor = anchor
+        self.x = np.zeros((0, STATES))
+        self.P = np.zeros((0, STATES, STATES))
+
+    def __len__(self) -> int:
+        """Return the number of members."""
+        return len(self.x)
+
+    def predict(self, dt: float, processes: tuple[Process, Process], mode: _Places) -> None:
+        """Advance every member by `dt` [s], by the process that its `mode`, 0 or 1, says.
+
+        What fades does so first, and takes part in the motion that follows.
+        """
+        memory, faded, added = (
+            np.stack([getattr(process, name) for process in processes])[mode]
+            for name in Process._fields
+        )
+        self.x, self.P = _predict_members(
+            self._constants, self.x, self.P, memory, faded, added, self._anchor, self.Wm, dt
+        )
+
+    def update(self, z: _Floats, variance: _Floats, seen: _Places) -> None:
+        """Take readings of the states `seen` into every member."""
+        self.x, self.P = _update_members(self.x, self.P, z, variance, seen)
+
+    def read(self, members: _Places, slowest: float) -> tuple[_Floats, _Floats]:
+        """Means and deviations (members, 11) of `state.Reading`, by unscented transform.
+
+        `slowest` is the rim speed [m/s] below which slip is referred to it.
+        """
+        return _read_members(self._constants, self.x[members], self.P[members], self.Wm, slowest)

@@ -142,6 +142,7 @@ class BeltFilter:
         self._adopt(components)
         self._bank.update(z[2:], variance[2:], seen[2:])
         self.stamp_ns = measurement.stamp_ns
+        self._load_activity = 1.0
         self._summarise()
         self._undeveloped.start(float(self.x[Index.PULL]))
 
@@ -258,7 +259,8 @@ class BeltFilter:
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:
             rate = _CHANGE_END_RATE if best.changing else self.drift.tension_changes
-            log_weight = best.log_weight + math.log(rate * self._since_branch)
+            share = min(rate * self._since_branch, 0.5)
+            log_weight = best.log_weight + math.log(share)
             components.append(Component(log_weight, best.mean, best.covariance, not best.changing))
             self._since_branch = 0.0
         self._adopt(components)

@@ -4,7 +4,7 @@ import re
 import shutil
 from pathlib import Path
 
-from belt_ros.mechanics._compile import _CACHE_DIRECTORY
+from belt_ros.mechanics._compile import CACHE_DIRECTORY
 from belt_ros.node.pipeline import warm_up
 from belt_ros.rating import rate
 from belt_ros.rig import load_scenario, simulate
@@ -34,7 +34,7 @@ def main() -> None:
     samples = simulate(settings, load_scenario(CONFIG / "scenarios" / "demo.yaml", settings))
     for _ in range(2):  # the first is there before any motion
         next(samples)
-    remove_outdated(Path(_CACHE_DIRECTORY))
+    remove_outdated(Path(CACHE_DIRECTORY))
 
 
 if __name__ == "__main__":

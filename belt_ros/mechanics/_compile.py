@@ -26,14 +26,14 @@ def _cache_directory() -> str:
     return str(Path(base) / "belt_ros" / digest.hexdigest()[:16])
 
 
-_CACHE_DIRECTORY = _cache_directory()
+CACHE_DIRECTORY = _cache_directory()
 _SETTING = "CACHE_DIR"  # numba makes its settings at run time
 
 
 def compiled(function: Function) -> Function:
     """Compile `function` to machine code on first call; cached on disk, releases the GIL."""
     before = getattr(config, _SETTING)
-    setattr(config, _SETTING, _CACHE_DIRECTORY)
+    setattr(config, _SETTING, CACHE_DIRECTORY)
     try:
         return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
     finally:

@@ -9,6 +9,7 @@ from runs import Runner, assert_sound, coverage, within
 from belt_ros.estimation import Condition, Knowledge, Phase, Severity
 from belt_ros.mechanics import solve_equilibrium
 
+pytestmark = pytest.mark.xdist_group("monitor_life")
 STEADY = {"seed": 5, "sample_rate": 100.0, "speed": [[0.0, 0.0], [1.0, 120.0]]}
 
 

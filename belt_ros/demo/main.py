@@ -21,6 +21,8 @@ from belt_ros.settings import DriveSettings, SettingsError, load_settings
 
 OUTPUT = Path("belt_demo")
 _START_PATIENCE = 120.0  # [s]: the first run of all compiles
+_LISTENERS = 2  # to joint states: the node, and the recorder here
+_LISTENER_PATIENCE = 20.0  # [s]
 _REFRESH = 0.2  # [s]
 _LINE_EVERY = 2.0  # [s]
 _DRAIN = 1.0  # [s] for the last messages
@@ -151,6 +153,10 @@ def _with_rig(client: Client, drive_file: Path, output: Path, console: Console) 
         f"config_file:={drive_file}",
         "-p",
         f"scenario_file:={scenario}",
+        "-p",
+        f"subscribers:={_LISTENERS}",
+        "-p",
+        f"wait_for_subscriber:={_LISTENER_PATIENCE}",
     ) as rig:
         _show(client, console, lambda: rig.exit_code is None)
         if rig.exit_code != 0:

@@ -53,10 +53,11 @@ class RigNode(Node):
         self._patience = self._number(
             "wait_for_subscriber",
             2.0,
-            "longest wait for a subscriber to joint_states [s]",
+            "longest wait for subscribers to joint_states [s]",
             0.0,
             3600.0,
         )
+        self._awaited = self._number("subscribers", 1.0, "how many are waited for", 1.0, 1000.0)
         self._loop = bool(
             self.declare_parameter(
                 "loop", value=False, descriptor=_describe("begin again at the end")
@@ -124,14 +125,14 @@ class RigNode(Node):
     def _wait_for_subscriber(self, stopped: Callable[[], bool]) -> None:
         end = time.monotonic() + self._patience
         while not stopped() and time.monotonic() < end:
-            if self._joint_states.get_subscription_count() > 0:
+            if self._joint_states.get_subscription_count() >= self._awaited:
                 self._spin_until(time.monotonic() + _SETTLING, stopped)
                 return
             self._executor.spin_once(timeout_sec=0.02)
         if self._patience > 0.0 and not stopped():
             self.get_logger().warning(
-                f"nobody subscribed to {self._joint_states.topic_name} within "
-                f"{self._patience:g} s; playing all the same"
+                f"{self._joint_states.topic_name} has fewer than {self._awaited:g} subscribers "
+                f"after {self._patience:g} s; playing all the same"
             )
 
     def _spin_until(self, due: float, stopped: Callable[[], bool]) -> None:

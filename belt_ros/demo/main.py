@@ -166,7 +166,8 @@ def _with_rig(client: Client, drive_file: Path, output: Path, console: Console) 
 
 
 def _with_bag(client: Client, bag: Path, settings: DriveSettings, console: Console) -> Verdict:
-    with Player(bag, settings, client.publish_joints) as player:
+    states = client.heard[STATE]
+    with Player(bag, settings, client.publish_joints, lambda: len(states)) as player:
         _show(client, console, player.play)
     return judge_bag(client.heard[STATE], client.heard[ALARM], player.sent)
 

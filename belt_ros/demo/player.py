@@ -1,4 +1,4 @@
-"""Plays a bag's joint states to the graph, at the pace at which they were recorded."""
+"""Plays a bag's joint states to the graph, at the pace of the recording or of who listens."""
 
 import time
 from collections.abc import Callable
@@ -9,10 +9,24 @@ from belt_ros.replay import JointStateBag
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
+_MOST_WAITING = 100  # messages, half of what the node's input holds
+_PATIENCE = 1.0  # [s] without any answer
 
 
 class Player:
     """Publish serialised joint states of `bag` when they are due, from the first call on.
+
+    A recording may be faster than the node: then it waits, so that nothing is lost. Messages that
+    the node turns away are never answered, so it does not wait for ever.
+
+    Parameters
+    ----------
+    bag : Path
+    settings : DriveSettings
+    publish : callable
+        Takes a serialised joint state.
+    answered : callable
+        Returns how many have been answered so far.
 
     Raises
     ------
@@ -21,10 +35,16 @@ class Player:
     """
 
     def __init__(
-        self, bag: Path, settings: DriveSettings, publish: Callable[[bytes], None]
+        self,
+        bag: Path,
+        settings: DriveSettings,
+        publish: Callable[[bytes], None],
+        answered: Callable[[], int],
     ) -> None:
         self.sent = 0
         self._publish = publish
+        self._answered = answered
+        self._progress = (0, 0.0)  # answers, and when they last became more
         self._source = JointStateBag(bag, settings.driver, settings.driven)
         self._messages = self._source.serialised()
         self._next = next(self._messages, None)
@@ -49,9 +69,17 @@ class Player:
         elapsed = time.monotonic() - self._begin
         while self._next is not None:
             log_ns, content = self._next
-            if (log_ns - self._first_ns) * _SECONDS > elapsed:
+            if (log_ns - self._first_ns) * _SECONDS > elapsed or self._crowded():
                 return True
             self._publish(content)
             self.sent += 1
             self._next = next(self._messages, None)
         return False
+
+    def _crowded(self) -> bool:
+        """Whether too many messages wait for an answer that may still come."""
+        now = time.monotonic()
+        answered = self._answered()
+        if answered > self._progress[0] or self.sent == 0:
+            self._progress = (answered, now)
+        return self.sent - answered >= _MOST_WAITING and now - self._progress[1] < _PATIENCE

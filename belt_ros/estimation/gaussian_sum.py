@@ -91,26 +91,31 @@ def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]
     best = max(component.log_weight for component in components)
     kept = [c for c in components if c.log_weight - best > _NEGLIGIBLE]
     kept.sort(key=lambda component: -component.log_weight)
+    places = list(axes)
     merged: list[Component] = []
+    means = np.empty((len(kept), len(places)))
+    variances = np.empty_like(means)
+    modes = np.empty(len(kept), dtype=np.bool_)
     for component in kept:
-        for index, other in enumerate(merged):
-            if component.changing is other.changing and _distance(component, other, axes) < _ALIKE:
-                merged[index] = _merge(other, component)
-                break
-        else:
+        count = len(merged)
+        mean, variance = component.mean[places], component.covariance[places, places]
+        distance = _distance(means[:count], variances[:count], mean, variance)
+        alike = np.flatnonzero((distance < _ALIKE) & (modes[:count] == component.changing))
+        at = int(alike[0]) if len(alike) else count
+        if at == count:
             merged.append(component)
+        else:
+            merged[at] = _merge(merged[at], component)
+            mean, variance = merged[at].mean[places], merged[at].covariance[places, places]
+        means[at], variances[at], modes[at] = mean, variance, component.changing
     return merged
 
 
-def _distance(a: Component, b: Component, axes: Sequence[int]) -> float:
-    """Greatest squared difference of means and of widths along `axes`, in units of the variance."""
-    worst = 0.0
-    for axis in axes:
-        smaller = min(a.covariance[axis, axis], b.covariance[axis, axis])
-        larger = max(a.covariance[axis, axis], b.covariance[axis, axis])
-        shift = (a.mean[axis] - b.mean[axis]) ** 2 / smaller
-        worst = max(worst, float(shift), math.log(larger / smaller) ** 2)
-    return worst
+def _distance(means: _Floats, variances: _Floats, mean: _Floats, variance: _Floats) -> _Floats:
+    """Greatest squared difference of means and of widths along any axis, in units of variance."""
+    shift = (means - mean) ** 2 / np.minimum(variances, variance)
+    stretch = np.log(variances / variance) ** 2
+    return np.asarray(np.max(np.maximum(shift, stretch), axis=1))
 
 
 def _merge(a: Component, b: Component) -> Component:

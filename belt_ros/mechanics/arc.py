@@ -33,7 +33,7 @@ from belt_ros.mechanics.drive import DriveError
 
 _NEWTON_STEPS = 60
 _BISECTION_STEPS = 200
-_ROUNDING = 4e-16
+_NEWTON_ENOUGH = 1e-8
 
 
 class Role(IntEnum):
@@ -132,7 +132,7 @@ def _two_zone_arc(traction: float, a: float, wrap: float, role: int) -> ArcState
         change = abs(candidate - x)
         x = candidate
         # A Newton step doubles the digits, so the one after this would only add rounding.
-        if change <= 1e-10 * x:
+        if change <= _NEWTON_ENOUGH * x:
             break
     gradient, log_slope = _gradient_at_transition(x, a, role)
     return ArcState(gradient, gradient * log_slope / slope, x, math.nan)
@@ -221,7 +221,7 @@ def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
             candidate = 0.5 * (low + high)
         change = abs(candidate - x)
         x = candidate
-        if change <= 1e-10 * x:
+        if change <= _NEWTON_ENOUGH * x:
             break
     _, transition, restick = _traction_of_gradient(x, a, wrap)
     return ArcState(1.0 / x, slope, transition, restick)

@@ -9,7 +9,6 @@ say the same are merged, so a drive that has settled costs few.
 """
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 

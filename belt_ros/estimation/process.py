@@ -122,7 +122,7 @@ def drift_process(
         Tension [N] to which the wander of pull and torques is relative.
     constants : DriveConstants
     load_activity : float
-        How fast the outside torques wander, relative to `drift.torque`.
+        How fast torques and pull wander, relative to `drift.torque` and `drift.pull`.
     undeveloped : tuple of float
         From `UndevelopedCreep.advance`.
     dt : float
@@ -151,5 +151,5 @@ def drift_process(
     variance[Index.DRIVER_TORQUE] = variance[Index.DRIVEN_TORQUE] = torque
     variance[Index.DRIVER_SPEED] = torque * (dt / constants.driver_inertia) ** 2 / 3.0
     variance[Index.DRIVEN_SPEED] = torque * (dt / constants.driven_inertia) ** 2 / 3.0
-    variance[Index.PULL] = (drift.pull * tension_scale) ** 2 * dt
+    variance[Index.PULL] = (load_activity * drift.pull * tension_scale) ** 2 * dt
     return Process(memory, belt_variance, variance)

@@ -5,18 +5,22 @@ all members at once. With one member it is the stock class, to rounding.
 """
 
 import numpy as np
-from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+from filterpy.kalman import UnscentedKalmanFilter
 from numpy.typing import NDArray
 
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import READINGS, STATES, propagate, read
-from belt_ros.estimation.unscented import moments, sigma_points, take_in
+from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read
+from belt_ros.estimation.unscented import GradedSigmaPoints, moments, sigma_points, take_in
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.creep import DriveConstants
 
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
-_SPREAD = STATES + 1.0  # kappa = 1
+# The model bends in ln kf, ln tension and ln mu, in that order.
+_BENT = {Index.LOG_STIFFNESS: 3.0, Index.LOG_TENSION: 4.0, Index.LOG_FRICTION: 8.0}
+POINTS = GradedSigmaPoints(
+    [*_BENT, *(index for index in Index if index not in _BENT)], list(_BENT.values())
+)
 
 
 @compiled
@@ -28,6 +32,8 @@ def _predict_members(
     faded: _Floats,
     added: _Floats,
     anchor: _Floats,
+    order: _Places,
+    spread: _Floats,
     weights: _Floats,
     dt: float,
 ) -> tuple[_Floats, _Floats]:
@@ -43,7 +49,7 @@ def _predict_members(
             for j in range(n):
                 p[i, j] = covariance[k, i, j] * memory[k, i] * memory[k, j]
             p[i, i] += faded[k, i]
-        moved = propagate(c, sigma_points(mean, p, _SPREAD), dt)
+        moved = propagate(c, sigma_points(mean, p, order, spread), dt)
         x_out[k], p_out[k] = moments(moved, weights, added[k])
     return x_out, p_out
 
@@ -61,7 +67,13 @@ def _update_members(
 
 @compiled
 def _read_members(
-    c: DriveConstants, x: _Floats, covariance: _Floats, weights: _Floats, slowest: float
+    c: DriveConstants,
+    x: _Floats,
+    covariance: _Floats,
+    order: _Places,
+    spread: _Floats,
+    weights: _Floats,
+    slowest: float,
 ) -> tuple[_Floats, _Floats]:
     """Means and standard deviations of the readings, a row for each member."""
     members = x.shape[0]
@@ -69,11 +81,11 @@ def _read_members(
     deviations = np.empty((members, READINGS))
     exact = np.zeros(READINGS)
     for k in range(members):
-        rows = read(c, sigma_points(x[k], covariance[k], _SPREAD), slowest)
-        mean, spread = moments(rows, weights, exact)
+        rows = read(c, sigma_points(x[k], covariance[k], order, spread), slowest)
+        mean, about = moments(rows, weights, exact)
         means[k] = mean
         for i in range(READINGS):
-            deviations[k, i] = np.sqrt(max(spread[i, i], 0.0))
+            deviations[k, i] = np.sqrt(max(about[i, i], 0.0))
     return means, deviations
 
 
@@ -98,11 +110,7 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
     P: _Floats
 
     def __init__(self, constants: DriveConstants, anchor: _Floats) -> None:
-        # alpha = 1: a smaller one makes the centre weight hugely negative. beta = 0 and kappa = 1
-        # keep every weight positive and alike for mean and covariance, so that the weighted sum
-        # is a covariance.
-        points = MerweScaledSigmaPoints(STATES, 1.0, 0.0, _SPREAD - STATES)
-        super().__init__(STATES, STATES, 1.0, None, None, points)
+        super().__init__(STATES, STATES, 1.0, None, None, POINTS)
         self._constants = constants
         self._anchor = anchor
         self.x = np.zeros((0, STATES))
@@ -122,8 +130,26 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
             for name in Process._fields
         )
         self.x, self.P = _predict_members(
-            self._constants, self.x, self.P, memory, faded, added, self._anchor, self.Wm, dt
+            self._constants,
+            self.x,
+            self.P,
+            memory,
+            faded,
+            added,
+            self._anchor,
+            POINTS.order,
+            POINTS.spread,
+            POINTS.Wm,
+            dt,
         )
+
+    def fade(self, processes: tuple[Process, Process], mode: _Places) -> None:
+        """Let what the belt is fade as in `predict`, without any motion."""
+        memory = np.stack([process.memory for process in processes])[mode]
+        faded = np.stack([process.belt_variance for process in processes])[mode]
+        self.x = self._anchor + memory * (self.x - self._anchor)
+        self.P = self.P * memory[:, :, None] * memory[:, None, :]
+        self.P[:, range(STATES), range(STATES)] += faded
 
     def update(self, z: _Floats, variance: _Floats, seen: _Places) -> None:
         """Take readings of the states `seen` into every member."""
@@ -134,4 +160,12 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
 
         `slowest` is the rim speed [m/s] below which slip is referred to it.
         """
-        return _read_members(self._constants, self.x[members], self.P[members], self.Wm, slowest)
+        return _read_members(
+            self._constants,
+            self.x[members],
+            self.P[members],
+            POINTS.order,
+            POINTS.spread,
+            POINTS.Wm,
+            slowest,
+        )

@@ -21,7 +21,7 @@ from belt_ros.estimation.gaussian_sum import (
     reduced,
 )
 from belt_ros.estimation.measurement import Measurement
-from belt_ros.estimation.process import UndevelopedCreep, drift_process, prior_state
+from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
 from belt_ros.estimation.state import STATES, Index, Reading
 from belt_ros.mechanics.creep import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
@@ -33,8 +33,8 @@ _SENSED = np.array(
 )
 _BELT = slice(Index.LOG_TENSION, STATES)
 _AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
-_NODES = (11, 3)
-_WIDTHS = (0.36, 0.8)  # of a member, in prior standard deviations
+_NODES = (9, 5)
+_WIDTHS = (0.45, 0.6)  # of a member, in prior standard deviations
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
 _CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
@@ -121,10 +121,14 @@ class BeltFilter:
         )
 
     def resume(self, measurement: Measurement) -> None:
-        """Restart the motion at `measurement`, keeping what is known of the belt.
+        """Restart the motion at `measurement`, keeping what is known of the belt, aged by the gap.
 
         For a gap in the data, or a motion that the filter can no longer follow.
         """
+        assert self.stamp_ns is not None, "start() comes before resume()"
+        gap = max(measurement.stamp_ns - self.stamp_ns, 0) * _SECONDS
+        settled, changing = self._processes(gap, (1.0, self.prior_stddev[Index.UNDEVELOPED]))
+        self._bank.fade((settled, changing), self._changing)
         components = self._components()
         for component in components:
             mean, covariance = self._prior_mean.copy(), np.diag(self.prior_stddev**2)
@@ -223,6 +227,10 @@ class BeltFilter:
 
     def _advance(self, dt: float, undeveloped: tuple[float, float]) -> None:
         """Move every member by `dt`, as its mode has it."""
+        self._bank.predict(dt, self._processes(dt, undeveloped), self._changing)
+
+    def _processes(self, dt: float, undeveloped: tuple[float, float]) -> tuple[Process, Process]:
+        """Process of a settled and of a changing tension over `dt`."""
         settled, changing = (
             drift_process(
                 self.drift,
@@ -236,7 +244,7 @@ class BeltFilter:
             )
             for changing in (False, True)
         )
-        self._bank.predict(dt, (settled, changing), self._changing)
+        return settled, changing
 
     def _follow_load(self, seen: NDArray[np.int64], dt: float) -> None:
         """Fit how fast the load is taken to wander to how well its torque was foretold."""
@@ -258,10 +266,13 @@ class BeltFilter:
         best = max(components, key=lambda component: component.log_weight)
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:
-            rate = _CHANGE_END_RATE if best.changing else self.drift.tension_changes
-            share = min(rate * self._since_branch, 0.5)
-            log_weight = best.log_weight + math.log(share)
-            components.append(Component(log_weight, best.mean, best.covariance, not best.changing))
+            begun = -math.expm1(-self.drift.tension_changes * self._since_branch)
+            ended = -math.expm1(-_CHANGE_END_RATE * self._since_branch)
+            log_weight = best.log_weight + math.log(ended if best.changing else begun)
+            branch = Component(log_weight, best.mean, best.covariance, not best.changing)
+            for component in components:
+                component.log_weight += math.log1p(-(ended if component.changing else begun))
+            components.append(branch)
             self._since_branch = 0.0
         self._adopt(components)
 

@@ -73,7 +73,7 @@ class BeltMonitor:
         self._jump_ns: int | None = None
         self._jumps = 0
         self._travel_lost = 0.0
-        self._travel_variance = 0.0
+        self._travel_deviation = 0.0
 
     @property
     def estimate(self) -> BeltEstimate | None:
@@ -158,7 +158,8 @@ class BeltMonitor:
         """Believe a jump in time once several stamps follow it."""
         stamp = measurement.stamp_ns
         gap = self.limits.greatest_gap
-        follows = self._jump_ns is not None and 0 < (stamp - self._jump_ns) * _SECONDS <= gap
+        since = None if self._jump_ns is None else (stamp - self._jump_ns) * _SECONDS
+        follows = since is not None and since > 0.0 and (forward or since <= gap)
         self._jumps = self._jumps + 1 if follows else 1
         self._jump_ns = stamp
         if self._jumps < _JUMPS_TO_BELIEVE:
@@ -183,7 +184,10 @@ class BeltMonitor:
         def positive(place: Index) -> Quantity:
             value, spread = state(place)
             median = math.exp(value)
-            return Quantity(median, median * math.sqrt(math.expm1(min(spread**2, 100.0))))
+            variance = min(spread**2, 100.0)
+            return Quantity(
+                median, median * math.exp(0.5 * variance) * math.sqrt(math.expm1(variance))
+            )
 
         sliding = readings.probability_below(Reading.MARGIN, _GROSS_SLIP_MARGIN)
         log_stiffness = state(Index.LOG_STIFFNESS)
@@ -221,8 +225,9 @@ class BeltMonitor:
             dt = (stamp_ns - self._estimate.stamp_ns) * _SECONDS
             if 0.0 < dt <= self.limits.greatest_gap:
                 self._travel_lost += slip_speed.value * dt
-                self._travel_variance += (slip_speed.stddev * dt) ** 2
-        return Quantity(self._travel_lost, math.sqrt(self._travel_variance))
+                # Most of it is the ratio bias, which is the same all along.
+                self._travel_deviation += slip_speed.stddev * dt
+        return Quantity(self._travel_lost, self._travel_deviation)
 
     def _phase(self, slip: float, sliding: float) -> Phase:
         x = self._filter.x

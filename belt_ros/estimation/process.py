@@ -141,10 +141,12 @@ def drift_process(
     for index, per_second in wander.items():
         rate[index] = 0.5 * (per_second / spread[index]) ** 2
     rate[Index.CREEP_ERROR] = 1.0 / drift.creep_error_time
-    memory = np.exp(-rate * dt)
     renewed, spread[Index.UNDEVELOPED] = undeveloped
+    memory = np.exp(-rate * dt)
     memory[Index.UNDEVELOPED] = 1.0 - renewed
-    belt_variance = spread**2 * (1.0 - memory**2)
+    forgotten = -np.expm1(-2.0 * rate * dt)
+    forgotten[Index.UNDEVELOPED] = renewed * (2.0 - renewed)
+    belt_variance = spread**2 * forgotten
     variance = np.zeros(STATES)
     # A torque that wanders within dt also moves its pulley, and with it the pull.
     torque = (load_activity * drift.torque * tension_scale * constants.driver_radius) ** 2 * dt

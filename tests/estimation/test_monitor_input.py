@@ -112,6 +112,33 @@ def test_a_gap_forward_resumes_with_what_is_known_of_the_belt(run: Runner, setti
     )
 
 
+def test_samples_slower_than_the_gap_are_not_refused_for_ever(monitor) -> None:
+    slow = [monitor.step(dataclasses.replace(STEADY, stamp_ns=k * 3 * 10**9)) for k in range(1, 10)]
+    assert sum(output.rejection is Rejection.NONE for output in slow) >= 3
+
+
+def test_a_long_gap_ages_what_is_known(run: Runner, settings) -> None:
+    monitor = settings.monitor()
+    taught = run(
+        monitor=monitor,
+        duration=5.0,
+        sample_rate=100.0,
+        seed=2,
+        speed=[[0.0, 0.0], [1.0, 120.0]],
+        load=[[1.5, 0.0], [1.7, 62.0]],
+        condition__tension=440.0,
+        condition__friction_stiffness=6e6,
+    )
+    last = taught.measurements[-1]
+    known = taught.outputs[-1].estimate.mean_tension.stddev
+    for k in range(5):
+        output = monitor.step(
+            dataclasses.replace(last, stamp_ns=last.stamp_ns + 10**14 + k * PERIOD_NS)
+        )
+    assert known < 0.5 * settings.prior.tension_stddev
+    assert output.estimate.mean_tension.stddev > 1.5 * known
+
+
 def test_reset_returns_to_the_priors(monitor) -> None:
     monitor.reset()
     assert monitor.estimate is None

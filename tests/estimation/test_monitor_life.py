@@ -6,7 +6,7 @@ import math
 import pytest
 from runs import Runner, assert_sound, coverage, within
 
-from belt_ros.estimation import Condition, Knowledge, Phase, Severity
+from belt_ros.estimation import Condition, Knowledge, Measurement, Phase, Severity
 from belt_ros.mechanics import solve_equilibrium
 
 pytestmark = pytest.mark.xdist_group("monitor_life")
@@ -196,3 +196,18 @@ def test_predicted_creep_is_that_of_the_equilibrium(loaded) -> None:
     steady = solve_equilibrium(loaded.settings.drive, 45.0, 440.0, 120.0)
     assert estimate.predicted_creep.value == pytest.approx(truth.slip, rel=0.05)
     assert float(steady.slip) > 0.0
+
+
+def test_accumulated_slip_holds_the_truth_in_its_interval(loaded) -> None:
+    estimate, truth = loaded.at(7.9)
+    assert within(estimate.accumulated_slip, truth.accumulated_slip)
+    assert estimate.accumulated_slip.stddev < 0.1 * abs(truth.accumulated_slip)
+
+
+def test_an_idle_drive_stays_at_its_prior_for_an_hour(settings) -> None:
+    monitor = settings.monitor()
+    for k in range(3600):
+        output = monitor.step(Measurement(k * 10**9, 0.0, 0.0, 0.0, 0.0))
+    prior = settings.prior
+    assert output.estimate.mean_tension.stddev == pytest.approx(prior.tension_stddev, rel=0.1)
+    assert output.estimate.mean_tension.value == pytest.approx(prior.tension, rel=0.05)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
+from filterpy.kalman import UnscentedKalmanFilter
 
-from belt_ros.estimation.bank import UnscentedBank
+from belt_ros.estimation.bank import POINTS, UnscentedBank
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import STATES, propagate
-from belt_ros.estimation.unscented import sigma_points, take_in
+from belt_ros.estimation.unscented import GradedSigmaPoints, take_in
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
 from belt_ros.mechanics.creep import drive_constants
 
@@ -37,7 +37,7 @@ def stock() -> UnscentedKalmanFilter:
         DT,
         hx=lambda x: x[SEEN],
         fx=lambda x, dt: propagate(CONSTANTS, x[None, :], dt)[0],
-        points=MerweScaledSigmaPoints(STATES, 1.0, 0.0, 1.0),
+        points=POINTS,
     )
     filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
     filter_.Q = np.diag((0.01 * DEVIATION) ** 2)
@@ -83,7 +83,7 @@ def test_missing_sensors_leave_what_they_do_not_touch() -> None:
 def test_points_of_a_covariance_that_rounding_made_indefinite_are_finite() -> None:
     covariance = np.ones((3, 3))
     covariance[0, 1] = covariance[1, 0] = 1.0 + 1e-12
-    points = sigma_points(np.zeros(3), covariance, 4.0)
+    points = GradedSigmaPoints([2, 0, 1], [3.0]).sigma_points(np.zeros(3), covariance)
     assert np.all(np.isfinite(points))
     assert points.shape == (7, 3)
 
@@ -92,9 +92,9 @@ def test_points_reproduce_mean_and_covariance() -> None:
     rng = np.random.default_rng(1)
     root = rng.standard_normal((STATES, STATES)) * DEVIATION[:, None]
     covariance = root @ root.T
-    points = sigma_points(X, covariance, STATES + 1.0)
-    weights = np.full(2 * STATES + 1, 0.5 / (STATES + 1.0))
-    weights[0] = 1.0 / (STATES + 1.0)
+    points, weights = POINTS.sigma_points(X, covariance), POINTS.Wm
+    assert weights.sum() == pytest.approx(1.0)
+    assert np.all(weights >= 0.0)
     spread = points - X
     np.testing.assert_allclose(weights @ points, X, rtol=1e-12, atol=1e-15)
     scale = np.sqrt(np.diag(covariance))
@@ -103,3 +103,8 @@ def test_points_reproduce_mean_and_covariance() -> None:
         covariance / scale / scale[:, None],
         atol=1e-9,
     )
+
+
+def test_near_states_that_leave_no_weight_are_refused() -> None:
+    with pytest.raises(ValueError, match="leave"):
+        GradedSigmaPoints(range(4), [1.5, 3.0])

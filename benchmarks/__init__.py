@@ -1,0 +1,1 @@
+"""Long measurements, run by hand with `make bench`; their results are committed."""

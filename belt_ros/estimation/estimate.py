@@ -46,6 +46,19 @@ def probability_below(quantity: Quantity, limit: float) -> float:
     return 0.5 * math.erfc((quantity.value - limit) / (quantity.stddev * math.sqrt(2.0)))
 
 
+def lognormal_quantity(log_mean: float, log_stddev: float) -> Quantity:
+    """Median and standard deviation of a log-normal, from those of its logarithm."""
+    variance = min(log_stddev**2, 100.0)
+    median = math.exp(log_mean)
+    return Quantity(median, median * math.exp(0.5 * variance) * math.sqrt(math.expm1(variance)))
+
+
+def log_spread(quantity: Quantity) -> float:
+    """Return the standard deviation of ln x of a `lognormal_quantity`."""
+    ratio = quantity.stddev / quantity.value
+    return math.sqrt(math.log(0.5 + 0.5 * math.sqrt(1.0 + 4.0 * ratio * ratio)))
+
+
 @dataclass(frozen=True, slots=True)
 class Health:
     """How well measurements fit, and what became of them."""

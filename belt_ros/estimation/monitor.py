@@ -11,7 +11,14 @@ from dataclasses import dataclass
 from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
-from belt_ros.estimation.estimate import BeltEstimate, Health, Knowledge, Phase, Quantity
+from belt_ros.estimation.estimate import (
+    BeltEstimate,
+    Health,
+    Knowledge,
+    Phase,
+    Quantity,
+    lognormal_quantity,
+)
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.state import Index, Reading
 from belt_ros.mechanics.drive import BeltDrive
@@ -182,12 +189,7 @@ class BeltMonitor:
             return Quantity(float(f.x[place]), math.sqrt(float(f.covariance[place, place])))
 
         def positive(place: Index) -> Quantity:
-            value, spread = state(place)
-            median = math.exp(value)
-            variance = min(spread**2, 100.0)
-            return Quantity(
-                median, median * math.exp(0.5 * variance) * math.sqrt(math.expm1(variance))
-            )
+            return lognormal_quantity(*state(place))
 
         sliding = readings.probability_below(Reading.MARGIN, _GROSS_SLIP_MARGIN)
         log_stiffness = state(Index.LOG_STIFFNESS)

@@ -19,6 +19,7 @@ from belt_ros.estimation import (
     Rejection,
     Severity,
 )
+from belt_ros.estimation.estimate import log_spread
 from belt_ros.message_fields import state_fields
 from belt_ros.replay.tables import state_units
 from belt_ros.settings import DriveSettings
@@ -102,8 +103,7 @@ def interval_95(name: str, quantity: Quantity) -> tuple[float, float]:
     """95 % interval of a quantity; friction is log-normal, its value the median."""
     if name not in _LOG_NORMAL:
         return quantity.interval()
-    spread = math.sqrt(math.log1p((quantity.stddev / quantity.value) ** 2))
-    factor = math.exp(_SIGMAS_95 * spread)
+    factor = math.exp(_SIGMAS_95 * log_spread(quantity))
     return quantity.value / factor, quantity.value * factor
 
 

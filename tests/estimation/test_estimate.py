@@ -1,0 +1,18 @@
+import math
+
+import numpy as np
+import pytest
+
+from belt_ros.estimation.estimate import log_spread, lognormal_quantity
+
+
+@pytest.mark.parametrize("spread", [1e-6, 0.05, 1.15, 3.0])
+def test_a_log_normal_gives_its_spread_back(spread) -> None:
+    assert log_spread(lognormal_quantity(math.log(5e6), spread)) == pytest.approx(spread, rel=1e-4)
+
+
+def test_its_deviation_is_that_of_its_samples() -> None:
+    samples = np.exp(2.0 + 0.4 * np.random.default_rng(0).standard_normal(400_000))
+    quantity = lognormal_quantity(2.0, 0.4)
+    assert quantity.value == pytest.approx(np.median(samples), rel=5e-3)
+    assert quantity.stddev == pytest.approx(np.std(samples), rel=5e-3)

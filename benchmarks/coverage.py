@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from belt_ros.estimation import BeltEstimate, Measurement, measurement_from_joints
+from belt_ros.estimation import BeltEstimate
 from belt_ros.estimation.process import lognormal
 from belt_ros.mechanics import torque_capacity
-from belt_ros.rig import simulate
+from belt_ros.rig import measured
 from belt_ros.rig.scenario import Scenario, scenario_from_mapping
 from belt_ros.rig.truth import Truth
 from belt_ros.settings import DriveSettings, load_settings
@@ -84,22 +84,12 @@ def judge(configuration: str, seed: int) -> Judged:
     monitor = settings.monitor()
     scores: dict[str, list[float]] = {name: [] for name in (*QUANTITIES, LOG_STIFFNESS)}
     waiting = list(JUDGED_AT)
-    for sample in simulate(settings, drawn(settings, seed)):
-        joints = sample.joints
-        measurement = measurement_from_joints(
-            settings.driver,
-            settings.driven,
-            sample.stamp_ns,
-            joints.names,
-            joints.velocities,
-            joints.efforts,
-        )
-        assert isinstance(measurement, Measurement)
+    for measurement, truth in measured(settings, drawn(settings, seed)):
         monitor.step(measurement)
-        if waiting and sample.stamp_ns >= waiting[0] * 1e9:
+        if waiting and measurement.stamp_ns >= waiting[0] * 1e9:
             waiting.pop(0)
             assert monitor.estimate is not None
-            for name, score in _scores(monitor.estimate, sample.truth):
+            for name, score in _scores(monitor.estimate, truth):
                 scores[name].append(score)
     return Judged(scores)
 

@@ -6,7 +6,7 @@ bag (`write_bag`), or in real time as a ROS 2 node. The truth behind the sensors
 
 from belt_ros.rig.scenario import Scenario, ScenarioError, load_scenario
 from belt_ros.rig.sensors import JointSample
-from belt_ros.rig.simulate import RigSample, simulate
+from belt_ros.rig.simulate import RigSample, measured, simulate
 from belt_ros.rig.truth import Truth
 
 __all__ = [
@@ -16,5 +16,6 @@ __all__ = [
     "ScenarioError",
     "Truth",
     "load_scenario",
+    "measured",
     "simulate",
 ]

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from belt_ros.estimation import Measurement, measurement_from_joints
 from belt_ros.rig.plant import Plant
 from belt_ros.rig.scenario import Scenario
 from belt_ros.rig.sensors import JointSample, Sensors
@@ -59,3 +60,19 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
             sensors.measure(truth, state.driver_angle, state.driven_angle),
             truth,
         )
+
+
+def measured(settings: DriveSettings, scenario: Scenario) -> Iterator[tuple[Measurement, Truth]]:
+    """Run a scenario; give what an estimator reads from its joint states, and the truth."""
+    for sample in simulate(settings, scenario):
+        joints = sample.joints
+        measurement = measurement_from_joints(
+            settings.driver,
+            settings.driven,
+            sample.stamp_ns,
+            joints.names,
+            joints.velocities,
+            joints.efforts,
+        )
+        assert isinstance(measurement, Measurement), "the rig's joint states are complete"
+        yield measurement, sample.truth

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import pytest
-from runs import ROOT, Run, Runner, measured
+from runs import ROOT, Run, Runner, scripted
 
 from belt_ros.estimation import BeltMonitor, Measurement
 from belt_ros.settings import DriveSettings, load_settings
@@ -25,7 +25,7 @@ def run(settings: DriveSettings) -> Runner:
         **scenario: object,
     ) -> Run:
         monitor = monitor or drive.monitor()
-        pairs = [(alter(m), truth) for m, truth in measured(drive, **scenario)]
+        pairs = [(alter(m), truth) for m, truth in scripted(drive, **scenario)]
         return Run(
             drive,
             [m for m, _ in pairs],

@@ -12,9 +12,8 @@ from belt_ros.estimation import (
     Measurement,
     MonitorOutput,
     Quantity,
-    measurement_from_joints,
 )
-from belt_ros.rig import simulate
+from belt_ros.rig import measured
 from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.rig.truth import Truth
 from belt_ros.settings import DriveSettings
@@ -42,20 +41,9 @@ class Run:
 Runner = Callable[..., Run]
 
 
-def measured(settings: DriveSettings, **scenario: object) -> Iterator[tuple[Measurement, Truth]]:
+def scripted(settings: DriveSettings, **scenario: object) -> Iterator[tuple[Measurement, Truth]]:
     named = {name.replace("__", "."): value for name, value in scenario.items()}
-    for sample in simulate(settings, scenario_from_mapping(named, settings)):
-        joints = sample.joints
-        measurement = measurement_from_joints(
-            settings.driver,
-            settings.driven,
-            sample.stamp_ns,
-            joints.names,
-            joints.velocities,
-            joints.efforts,
-        )
-        assert isinstance(measurement, Measurement)
-        yield measurement, sample.truth
+    yield from measured(settings, scenario_from_mapping(named, settings))
 
 
 def numbers(estimate: BeltEstimate) -> Iterator[float]:

@@ -37,10 +37,10 @@ OptionalConfig = Annotated[
 @contextmanager
 def _errors_in_one_line() -> Iterator[None]:
     """Report what the user can mend as one red line, without traceback, and exit with 1."""
-    from belt_ros.mechanics import DriveError  # noqa: PLC0415
-    from belt_ros.replay.errors import BagError  # noqa: PLC0415
-    from belt_ros.replay.results import ResultsError  # noqa: PLC0415
-    from belt_ros.settings import SettingsError  # noqa: PLC0415
+    from belt_ros.mechanics import DriveError
+    from belt_ros.replay.errors import BagError
+    from belt_ros.replay.results import ResultsError
+    from belt_ros.settings import SettingsError
 
     try:
         yield
@@ -55,8 +55,8 @@ def _progress_bar(*, quiet: bool) -> Iterator["Progress | None"]:
     if quiet or not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
 
     bar = Progress(
         *Progress.get_default_columns()[:2],
@@ -114,8 +114,8 @@ def replay(
 ) -> None:
     """Estimate a drive's state from a bag: a bag of estimates, a Parquet table, a summary."""
     with _errors_in_one_line():
-        from belt_ros import replay as replaying  # noqa: PLC0415
-        from belt_ros.settings import load_settings  # noqa: PLC0415
+        from belt_ros import replay as replaying
+        from belt_ros.settings import load_settings
 
         settings = load_settings(config)
         place = out or Path(f"{_name_of(bag)}_belt")
@@ -124,7 +124,7 @@ def replay(
                 bag, settings, place, topic=topic, replace=force, progress=progress
             )
     if not quiet:
-        from belt_ros.terminal import print_summary  # noqa: PLC0415
+        from belt_ros.terminal import print_summary
 
         print_summary(summary, place)
 
@@ -140,9 +140,9 @@ def check(
 ) -> None:
     """Check a drive's YAML, and say what the mechanics makes of it."""
     with _errors_in_one_line():
-        from belt_ros.rating import rate  # noqa: PLC0415
-        from belt_ros.settings import load_settings  # noqa: PLC0415
-        from belt_ros.terminal import print_rating  # noqa: PLC0415
+        from belt_ros.rating import rate
+        from belt_ros.settings import load_settings
+        from belt_ros.terminal import print_rating
 
         settings = load_settings(config)
         print_rating(settings, rate(settings))
@@ -153,7 +153,7 @@ def parameters(
     markdown: Annotated[bool, typer.Option("--markdown", help="As a Markdown table.")] = False,
 ) -> None:
     """List the parameters of a drive's YAML: unit, default, range and meaning."""
-    from belt_ros.terminal import markdown_parameters, print_parameters  # noqa: PLC0415
+    from belt_ros.terminal import markdown_parameters, print_parameters
 
     if markdown:
         typer.echo(markdown_parameters())
@@ -169,7 +169,7 @@ def demo(
     """Show it all at work: rig or bag, live node, alarms and results."""
     _need_ros()
     with _errors_in_one_line():
-        from belt_ros.demo.main import run  # noqa: PLC0415
+        from belt_ros.demo.main import run
 
         code = run(bag, config)
     raise typer.Exit(code)
@@ -182,7 +182,7 @@ def demo(
 def node(context: typer.Context) -> None:
     """Run the live ROS 2 node; everything after `node` goes to it."""
     _need_ros()
-    from belt_ros.node.main import main as run_node  # noqa: PLC0415
+    from belt_ros.node.main import main as run_node
 
     raise typer.Exit(run_node(context.args))
 
@@ -197,19 +197,19 @@ def rig(
 ) -> None:
     """Run a virtual drive, with faults on request: live on ROS 2 topics, or into a bag."""
     with _errors_in_one_line():
-        from belt_ros.rig import load_scenario, simulate  # noqa: PLC0415
-        from belt_ros.settings import load_settings  # noqa: PLC0415
+        from belt_ros.rig import load_scenario, simulate
+        from belt_ros.settings import load_settings
 
         settings = load_settings(config)
         script = load_scenario(scenario, settings)
         if bag is not None:
-            from belt_ros.rig.bag import write_bag  # noqa: PLC0415
+            from belt_ros.rig.bag import write_bag
 
             count = write_bag(bag, settings.name, simulate(settings, script))
             typer.echo(f"{count} joint states written to {bag}")
             return
     _need_ros()
-    from belt_ros.rig.main import main as play  # noqa: PLC0415
+    from belt_ros.rig.main import main as play
 
     files = {"config_file": config, "scenario_file": scenario}
     given = [f"{name}:={json.dumps(str(path))}" for name, path in files.items()]
@@ -218,7 +218,7 @@ def rig(
 
 def _need_ros() -> None:
     """Say how to get ROS 2 where there is none."""
-    from importlib.util import find_spec  # noqa: PLC0415
+    from importlib.util import find_spec
 
     if find_spec("rclpy") is None or find_spec("belt_msgs") is None:
         typer.secho(

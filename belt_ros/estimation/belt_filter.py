@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
 from belt_ros.estimation.bank import UnscentedBank
-from belt_ros.estimation.estimate import Quantity, probability_below
 from belt_ros.estimation.gaussian_sum import (
     Component,
     grid,
@@ -22,7 +21,8 @@ from belt_ros.estimation.gaussian_sum import (
 )
 from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
-from belt_ros.estimation.state import STATES, Index, Reading
+from belt_ros.estimation.readings import Readings
+from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics.creep import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
 
@@ -43,29 +43,6 @@ _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load mu
 _LOAD_MEMORY = 0.3  # [s]
 _LEAST_ACTIVITY = 0.01
 _SECONDS = 1e-9
-
-
-class Readings:
-    """What is read off the members, each with a row of means and deviations, and of them all."""
-
-    def __init__(self, weights: _Floats, means: _Floats, deviations: _Floats) -> None:
-        self._weights = weights
-        self._means = means
-        self._deviations = deviations
-        self._mean = weights @ means
-        self._deviation = np.sqrt(weights @ (deviations**2 + (means - self._mean) ** 2))
-
-    def quantity(self, place: Reading) -> Quantity:
-        """Mean and standard deviation of one reading over all members."""
-        return Quantity(float(self._mean[place]), float(self._deviation[place]))
-
-    def probability_below(self, place: Reading, limit: float) -> float:
-        """Probability that one reading lies below `limit`, over all members."""
-        pairs = zip(
-            self._means[:, place].tolist(), self._deviations[:, place].tolist(), strict=True
-        )
-        each = [probability_below(Quantity(*pair), limit) for pair in pairs]
-        return float(self._weights @ np.array(each))
 
 
 class BeltFilter:

@@ -20,7 +20,7 @@ import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.arc import ArcState, arc_state
+from belt_ros.mechanics.arc_state import ArcState, arc_state
 from belt_ros.mechanics.drive import BeltDrive, Kinematics, Tensioning
 
 _SOLVE_STEPS = 100

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from belt_ros.mechanics import ArcSolution, DriveError, Role, solve_arc
-from belt_ros.mechanics.arc import arc_state
+from belt_ros.mechanics.arc_state import arc_state
 
 Floats = NDArray[np.float64]
 

@@ -201,6 +201,11 @@ def test_gross_slip_holds_the_pull_at_capacity_and_stalls_the_driven_pulley(
         before, state = state, step_motion(c, state, overload, 1e-3)
         capacity = pull_capacity(c, TENSION, 1.2, 0.06 * abs(before.driver_speed))
         assert (1.0 - shortfall) * capacity < sign * state.pull < capacity
+        slip = 1.0 - 0.08125 * before.driven_speed / (0.06 * before.driver_speed)
+        if slip < 0.9:  # the pull is the one that belongs to the slip: just how far short it falls
+            rim = 0.06 * abs(before.driver_speed)
+            steady = creep(c, abs(state.pull), TENSION, 1.2, stiffness, rim, True)
+            assert steady.slip == pytest.approx(slip, rel=0.02)
         fall = sign * (state.driven_speed - before.driven_speed) / 1e-3
         assert fall < -0.29 * capacity * drive.driven.radius / drive.driven.inertia
     assert sign * state.driven_speed < 0.0

@@ -12,7 +12,7 @@ from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read
 from belt_ros.estimation.unscented import GradedSigmaPoints, moments, sigma_points, take_in
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import DriveConstants
+from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]

@@ -23,7 +23,7 @@ from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
 from belt_ros.estimation.readings import Readings
 from belt_ros.estimation.state import STATES, Index
-from belt_ros.mechanics.creep import drive_constants
+from belt_ros.mechanics.constants import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior
 from belt_ros.estimation.state import STATES, Index
-from belt_ros.mechanics.creep import DriveConstants
+from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]

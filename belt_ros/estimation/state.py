@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import DriveConstants, pull_capacity
+from belt_ros.mechanics.constants import DriveConstants
+from belt_ros.mechanics.creep import span_tensions
 from belt_ros.mechanics.motion import (
     Condition,
     Motion,
+    condition_capacity,
     rim_speed,
     slip_of_creep,
     steady_creep,
@@ -109,19 +111,21 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
         v2, v1 = rim_speed(c, motion, condition)
         base = math.copysign(max(abs(v2), slowest), v2)
         pull = abs(motion.pull)
-        capacity = pull_capacity(c, condition.tension, condition.friction, abs(v2))
-        slack = condition.tension - c.slack_share * pull
         slip = (v2 - v1) / base
         arcs, forward = steady_creep(c, motion, condition)
+        capacity = condition_capacity(c, condition, abs(v2), forward)
+        slack, tight = span_tensions(
+            c, pull, condition.tension, condition.friction, condition.stiffness, abs(v2), forward
+        )
         steady = slip_of_creep(arcs, forward, condition.creep_error)
         receiving, giving = arcs.receiving_transition, arcs.giving_transition
         out[i, 0] = motion.pull * c.driven_radius
         out[i, 1] = slip
         out[i, 2] = steady
         out[i, 3] = slip - steady
-        out[i, 4] = slack + pull
+        out[i, 4] = tight
         out[i, 5] = slack
-        out[i, 6] = slack + 0.5 * pull
+        out[i, 6] = 0.5 * (slack + tight)
         out[i, 7] = receiving if forward else giving
         out[i, 8] = giving if forward else receiving
         out[i, 9] = 1.0 - pull / capacity if capacity > 0.0 else 0.0

@@ -5,6 +5,12 @@ DOI 10.1115/1.4003796. Nothing here knows of filters, of ROS or of a clock.
 """
 
 from belt_ros.mechanics.arc import ArcSolution, Role, solve_arc
+from belt_ros.mechanics.distribution import (
+    Distribution,
+    DriveDistribution,
+    arc_distribution,
+    drive_distribution,
+)
 from belt_ros.mechanics.drive import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
 from belt_ros.mechanics.equilibrium import (
     Equilibrium,
@@ -13,18 +19,24 @@ from belt_ros.mechanics.equilibrium import (
     torque_capacity,
     torque_from_slip,
 )
+from belt_ros.mechanics.slip_onset import slip_onset_stiffness
 
 __all__ = [
     "ArcSolution",
     "Belt",
     "BeltDrive",
+    "Distribution",
+    "DriveDistribution",
     "DriveError",
     "Equilibrium",
     "Kinematics",
     "Pulley",
     "Role",
     "Tensioning",
+    "arc_distribution",
+    "drive_distribution",
     "margin",
+    "slip_onset_stiffness",
     "solve_arc",
     "solve_equilibrium",
     "torque_capacity",

@@ -118,6 +118,61 @@ def solve_arc(
         For a parameter that is not positive, a belt above its critical speed or lifted off by
         inertia, tensions against the role, or a tension ratio beyond the friction capacity.
     """
+    arcs = checked_arcs(
+        role,
+        radius,
+        wrap_angle,
+        friction_coefficient,
+        friction_stiffness,
+        axial_stiffness,
+        mass_per_length,
+        inlet_speed,
+        inlet_tension,
+        outlet_tension,
+    )
+    root = np.sqrt(arcs.friction_stiffness / arcs.net_stiffness)
+    per_radian = root * arcs.radius
+    wrap = per_radian * arcs.wrap_angle
+    growth = arcs.friction_coefficient / per_radian
+    groups = np.stack([arcs.traction, growth, wrap], axis=-1).reshape(-1, 3)
+    solved = _solve_many(groups, arcs.role.astype(np.int64).ravel())
+    gradient, transition, restick = (column.reshape(wrap.shape) for column in solved.T)
+    elastic_only = transition >= wrap
+    strain = arcs.inlet_effective_tension / arcs.net_stiffness
+    return ArcSolution(
+        transition_angle=np.where(elastic_only, arcs.wrap_angle, transition / per_radian),
+        restick_angle=restick / per_radian,
+        inlet_strain_gradient=arcs.role * gradient * strain,
+        elastic_only=elastic_only,
+    )
+
+
+class CheckedArcs(NamedTuple):
+    """Arcs that can exist, arrays of one shape, SI units."""
+
+    role: NDArray[np.float64]
+    radius: NDArray[np.float64]
+    wrap_angle: NDArray[np.float64]
+    friction_coefficient: NDArray[np.float64]
+    friction_stiffness: NDArray[np.float64]
+    net_stiffness: NDArray[np.float64]  # K = EA - m v^2 [N]
+    inlet_effective_tension: NDArray[np.float64]  # w_in [N]
+    traction: NDArray[np.float64]  # ln(w_H/w_L) [-]
+
+
+def checked_arcs(
+    role: ArrayLike,
+    radius: ArrayLike,
+    wrap_angle: ArrayLike,
+    friction_coefficient: ArrayLike,
+    friction_stiffness: ArrayLike,
+    axial_stiffness: ArrayLike,
+    mass_per_length: ArrayLike,
+    inlet_speed: ArrayLike,
+    inlet_tension: ArrayLike,
+    outlet_tension: ArrayLike,
+) -> CheckedArcs:
+    """Return arcs with what decides their state; parameters and errors as of `solve_arc`."""
     arrays = np.broadcast_arrays(
         *(
             np.asarray(value, dtype=np.float64)
@@ -162,17 +217,7 @@ def solve_arc(
         raise DriveError(
             f"effective tension ratio {ratio:g} is not below exp(mu phi) = {limit:g}: gross slip"
         )
-    root = np.sqrt(kf / stiffness)
-    groups = np.stack([traction, mu / (r * root), root * r * phi], axis=-1).reshape(-1, 3)
-    solved = _solve_many(groups, sigma.astype(np.int64).ravel())
-    gradient, transition, restick = (column.reshape(r.shape) for column in solved.T)
-    elastic_only = transition >= root * r * phi
-    return ArcSolution(
-        transition_angle=np.where(elastic_only, phi, transition / (root * r)),
-        restick_angle=restick / (root * r),
-        inlet_strain_gradient=sigma * gradient * w_in / stiffness,
-        elastic_only=elastic_only,
-    )
+    return CheckedArcs(sigma, r, phi, mu, kf, stiffness, w_in, traction)
 
 
 def _check_positive(*named: tuple[str, NDArray[np.float64]]) -> None:

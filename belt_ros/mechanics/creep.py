@@ -7,11 +7,14 @@ back. Mass is conserved round the loop, so with the inlet gradients u' of both a
     (rim speed received)/(rim speed given) = (1 - u_r')/(1 - u_g') * (1 + T_L/EA)/(1 + T_H/EA)
 
 and creep = 1 - that ratio. Belt inertia is taken at one speed, the driver's rim speed in all that
-uses this; the belt's own differs from it by the creep. The effective tensions then differ by
-(1 - m v^2/EA) times the pull between either pulley's ends, and both have the same capacity law.
+uses this; the belt's own differs from it by the creep.
 
-Creep rises with the pull, without bound at the capacity; inverted, pull is therefore defined and
-monotone for every creep, gross slip included.
+The pull is the effective one, w_H - w_L = M/R: what friction puts on a pulley. The belt's tension
+changes by more, T_H - T_L = (EA/K)(w_H - w_L), because the stretched belt runs faster and takes
+momentum along.
+
+Everything is explicit in the traction ln(w_H/w_L), and rises with it: pull and creep, creep without
+bound at the traction limit. So pull is defined and monotone for every creep, gross slip included.
 
 These are the compiled scalar functions that equilibrium, rig and estimator share.
 """
@@ -20,37 +23,30 @@ import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.arc_state import ArcState, arc_state
-from belt_ros.mechanics.drive import BeltDrive, Kinematics, Tensioning
+from belt_ros.mechanics.arc_profile import ScaledArc
+from belt_ros.mechanics.constants import (
+    FIXED_CENTRES,
+    HELD_HUB_LOAD,
+    DriveConstants,
+    both_arcs,
+    traction_limit,
+)
+from belt_ros.mechanics.tensioning import held_slack, slack_at_pull, slack_at_traction
 
 _SOLVE_STEPS = 100
 _LARGEST_EXPONENT = 500.0
 _NEAREST_TO_CAPACITY = 1e-12
-
-
-class DriveConstants(NamedTuple):
-    """A `BeltDrive` as plain numbers for compiled code, SI units."""
-
-    axial_stiffness: float
-    mass_per_length: float
-    driven_radius: float
-    driven_wrap: float
-    driven_inertia: float
-    driver_radius: float
-    driver_wrap: float
-    driver_inertia: float
-    friction_ratio: float  # mu of the driver over mu of the driven pulley
-    stiffness_ratio: float  # kf of the driver over kf of the driven pulley
-    span_compliance: float  # change of winding per change of pull, L/(2 EA) [m/N]
-    slack_share: float  # fall of slack tension per rise of pull: 1/2 mean held, 0 slack held
-    exact_strain: bool
+_BESIDE_LIMIT = 0.1
+_PART_OF_GAP = 1e-3
 
 
 class Creep(NamedTuple):
-    """Creep at a pull, and the state of both arcs."""
+    """Creep at a pull, the tensions, and the state of both arcs."""
 
     slip: float  # of the receiving pulley against the giving one [-]
     slope: float  # d slip / d pull [1/N]
+    slack: float  # T_L [N]
+    tight: float  # T_H [N]
     receiving_transition: float  # transition angle [rad]
     giving_transition: float
     receiving_restick: float  # NaN where there is none
@@ -58,90 +54,142 @@ class Creep(NamedTuple):
     giving_gradient: float
 
 
-def drive_constants(drive: BeltDrive) -> DriveConstants:
-    """Return `drive` in the form that compiled code takes."""
-    return DriveConstants(
-        axial_stiffness=drive.belt.axial_stiffness,
-        mass_per_length=drive.belt.mass_per_length,
-        driven_radius=drive.driven.radius,
-        driven_wrap=drive.driven.wrap_angle,
-        driven_inertia=drive.driven.inertia,
-        driver_radius=drive.driver.radius,
-        driver_wrap=drive.driver.wrap_angle,
-        driver_inertia=drive.driver.inertia,
-        friction_ratio=drive.driver.friction_coefficient / drive.driven.friction_coefficient,
-        stiffness_ratio=drive.driver.friction_stiffness / drive.driven.friction_stiffness,
-        span_compliance=drive.span_length / (2.0 * drive.belt.axial_stiffness),
-        slack_share=0.5 if drive.tensioning is Tensioning.CONSTANT_MEAN else 0.0,
-        exact_strain=drive.kinematics is Kinematics.EXACT,
-    )
+class _Loaded(NamedTuple):
+    """Pull, slip and tensions at a traction, with their slopes in it."""
+
+    pull: float
+    pull_slope: float
+    slip: float
+    slip_slope: float
+    slack: float  # T_L [N]
+    tight: float  # T_H [N]
+    receiving_gradient: float  # u'(0) [-]
+    giving_gradient: float
 
 
 @compiled
-def pull_capacity(c: DriveConstants, tension: float, mu: float, speed: float) -> float:
-    """Effective pull T_H - T_L [N] at gross slip of the pulley that slips first; 0 if lifted off.
+def _strain(c: DriveConstants, slack: float, tight: float) -> tuple[float, float]:
+    """Return the ratio of span speeds v_L/v_H, and one minus it."""
+    base = c.axial_stiffness + (slack if c.exact_strain else 0.0)
+    far = base + (tight - slack)
+    return base / far, (tight - slack) / far
 
-    `tension` [N] is what the tensioning holds, `mu` [-] the driven pulley's, `speed` [m/s].
+
+@compiled
+def _slip(ratio: float, deficit: float, received: float, given: float) -> float:
+    """Slip from the speed ratio of the spans and the inlet gradients of both arcs."""
+    if received <= 1.0:
+        return (received * ratio - given + deficit) / (1.0 - given)
+    # The receiving pulley is pushed backwards. Only its own sliding counts from here on, which
+    # keeps slip rising with the pull.
+    return 1.0 + (received - 1.0) * ratio
+
+
+@compiled
+def _loaded(
+    c: DriveConstants,
+    traction: float,
+    tension: float,
+    lift: float,
+    receiving: ScaledArc,
+    giving: ScaledArc,
+) -> _Loaded:
+    """Return what a traction amounts to; infinite slip where an arc slides as a whole."""
+    net = c.axial_stiffness - lift
+    growth, rise = math.exp(traction), math.expm1(traction)
+    slack, slack_slope = slack_at_traction(c, traction, tension, lift, receiving, giving)
+    pull, pull_slope = slack * rise, slack_slope * rise + slack * growth
+    stretch = c.axial_stiffness / net
+    t_slack, t_tight = slack + lift, slack + lift + stretch * pull
+    u_r = receiving.state.gradient * slack / net
+    u_g = -giving.state.gradient * slack * growth / net
+    if not (slack > 0.0 and math.isfinite(u_r) and math.isfinite(u_g)):
+        return _Loaded(pull, 0.0, math.inf, math.inf, t_slack, t_tight, math.inf, -math.inf)
+    du_r = receiving.state.slope * slack / net + u_r * slack_slope / slack
+    du_g = -giving.state.slope * slack * growth / net + u_g * (1.0 + slack_slope / slack)
+    ratio, deficit = _strain(c, t_slack, t_tight)
+    far = (t_tight - t_slack) / deficit if deficit > 0.0 else c.axial_stiffness + t_slack
+    ratio_slope = -ratio * stretch * pull_slope / far
+    if c.exact_strain:
+        ratio_slope += deficit * slack_slope / far
+    slip = _slip(ratio, deficit, u_r, u_g)
+    if u_r <= 1.0:
+        drag = 1.0 / (1.0 - u_g)
+        slope = (du_r * ratio - (1.0 - u_r) * ratio_slope) * drag
+        slope -= (1.0 - u_r) * ratio * drag * drag * du_g
+    else:
+        slope = du_r * ratio + (u_r - 1.0) * ratio_slope
+    return _Loaded(pull, pull_slope, slip, slope, t_slack, t_tight, u_r, u_g)
+
+
+@compiled
+def _lift(c: DriveConstants, speed: float) -> float:
+    """Return m v^2 [N]."""
+    return c.mass_per_length * speed * speed
+
+
+@compiled
+def _can_pull(c: DriveConstants, tension: float, lift: float) -> bool:
+    """Whether the belt presses on the pulleys at all."""
+    held = tension if c.tensioning == HELD_HUB_LOAD else tension - lift
+    return c.axial_stiffness > lift and held > 0.0
+
+
+@compiled
+def pull_capacity(
+    c: DriveConstants, tension: float, mu: float, kf: float, speed: float, driven_receives: bool
+) -> float:
+    """Effective pull w_H - w_L [N] at gross slip of the pulley that slips first; 0 if lifted off.
+
+    Parameters as of `creep`. Only between fixed centres does more than mu matter: the other
+    pulley's arc takes its part of the belt's length.
     """
-    lift = c.mass_per_length * speed * speed
-    limit = mu * min(c.driven_wrap, c.friction_ratio * c.driver_wrap)
-    growth = math.expm1(min(limit, _LARGEST_EXPONENT))
-    share = 1.0 - lift / c.axial_stiffness
-    if share <= 0.0:
+    lift = _lift(c, speed)
+    if not _can_pull(c, tension, lift):
         return 0.0
-    return max(growth * (tension - lift) / (share + c.slack_share * growth), 0.0)
-
-
-class _Contact(NamedTuple):
-    """One pulley's contact with the belt."""
-
-    radius: float
-    wrap: float
-    friction: float
-    stiffness: float
-
-
-class _Strain(NamedTuple):
-    """Ratio (1 + T_L/EA)/(1 + T_H/EA), one minus it, and its slope in the pull [1/N]."""
-
-    ratio: float
-    deficit: float
-    slope: float
+    limit = min(traction_limit(c, mu), _LARGEST_EXPONENT)
+    if c.tensioning == FIXED_CENTRES:
+        net = c.axial_stiffness - lift
+        receiving, giving = both_arcs(c, limit, mu, kf, net, driven_receives)
+        slack = slack_at_traction(c, limit, tension, lift, receiving, giving)[0]
+    else:
+        slack = held_slack(c, limit, tension, lift)[0]
+    return slack * math.expm1(limit)
 
 
 @compiled
-def _contacts(c: DriveConstants, mu: float, kf: float) -> tuple[_Contact, _Contact]:
-    """Return the driven and the driver pulley's contact."""
-    driven = _Contact(c.driven_radius, c.driven_wrap, mu, kf)
-    return driven, _Contact(
-        c.driver_radius, c.driver_wrap, mu * c.friction_ratio, kf * c.stiffness_ratio
-    )
-
-
-@compiled
-def _strain(c: DriveConstants, pull: float, slack: float) -> _Strain:
-    """Return how strain slows the belt from tight to slack span."""
-    ea = c.axial_stiffness
-    if not c.exact_strain:
-        ratio = ea / (ea + pull)
-        return _Strain(ratio, pull / (ea + pull), -ratio / (ea + pull))
-    tight = ea + slack + pull
-    ratio = (ea + slack) / tight
-    slope = (-c.slack_share - ratio * (1.0 - c.slack_share)) / tight
-    return _Strain(ratio, pull / tight, slope)
-
-
-@compiled
-def _scaled_arc(contact: _Contact, stiffness: float, ratio: float, role: int) -> ArcState:
-    """Solve the arc whose effective tensions differ by a factor 1 + `ratio`; angles in rad."""
-    stretch = math.sqrt(contact.stiffness / stiffness) * contact.radius
-    state = arc_state(math.log1p(ratio), contact.friction / stretch, stretch * contact.wrap, role)
-    return ArcState(
-        state.gradient,
-        state.slope,
-        min(state.transition / stretch, contact.wrap),
-        state.restick / stretch,
-    )
+def _traction_at_pull(
+    c: DriveConstants,
+    pull: float,
+    tension: float,
+    lift: float,
+    mu: float,
+    kf: float,
+    driven_receives: bool,
+) -> float:
+    """Traction at a pull; its limit at and beyond the capacity."""
+    limit = traction_limit(c, mu)
+    slack = slack_at_pull(c, pull, tension, lift)
+    x = min(math.log1p(pull / slack), limit) if slack > 0.0 else limit
+    if c.tensioning != FIXED_CENTRES or pull == 0.0:
+        return x
+    # Held at its mean the belt would have this traction; between fixed centres, nearly the same.
+    low, high = 0.0, limit
+    for _ in range(_SOLVE_STEPS):
+        receiving, giving = both_arcs(c, x, mu, kf, c.axial_stiffness - lift, driven_receives)
+        slack, slope = slack_at_traction(c, x, tension, lift, receiving, giving)
+        error = slack * math.expm1(x) - pull
+        if error > 0.0:
+            high = x
+        else:
+            low = x
+        candidate = x - error / (slope * math.expm1(x) + slack * math.exp(x))
+        if not (low <= candidate <= high):
+            candidate = 0.5 * (low + high)
+        if abs(candidate - x) <= 1e-9 * x:  # the next step would move it by the square of this
+            return candidate
+        x = candidate
+    return x
 
 
 @compiled
@@ -160,9 +208,9 @@ def creep(
     ----------
     c : DriveConstants
     pull : float
-        T_H - T_L >= 0 [N].
+        w_H - w_L = M/R >= 0 [N].
     tension : float
-        What the tensioning holds constant, mean or slack tension [N].
+        What the tensioning holds [N], see `Tensioning`.
     mu, kf : float
         Of the driven pulley [-], [N/m2]; the driver's follow by the constants' ratios.
     speed : float
@@ -175,39 +223,47 @@ def creep(
     Creep
         Infinite slip at and beyond the capacity.
     """
-    driven, driver = _contacts(c, mu, kf)
-    receiving, giving = (driven, driver) if driven_receives else (driver, driven)
-    lift = c.mass_per_length * speed * speed
-    stiffness = c.axial_stiffness - lift
-    slack = tension - c.slack_share * pull
-    rise = stiffness / c.axial_stiffness
-    w_slack = slack - lift
-    w_tight = w_slack + rise * pull
-    if not (stiffness > 0.0 and w_slack > 0.0):
-        return Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
-    ratio = rise * pull / w_slack
-    arc_r = _scaled_arc(receiving, stiffness, ratio, 1)
-    arc_g = _scaled_arc(giving, stiffness, ratio, -1)
-    u_r = arc_r.gradient * w_slack / stiffness
-    u_g = -arc_g.gradient * w_tight / stiffness
-    if not (math.isfinite(u_r) and math.isfinite(u_g)):
-        return Creep(math.inf, math.inf, 0.0, 0.0, math.nan, math.inf, -math.inf)
-    tight_slope = rise - c.slack_share
-    traction_slope = tight_slope / w_tight + c.slack_share / w_slack
-    du_r = (arc_r.slope * traction_slope * w_slack - arc_r.gradient * c.slack_share) / stiffness
-    du_g = -(arc_g.slope * traction_slope * w_tight + arc_g.gradient * tight_slope) / stiffness
-    strain = _strain(c, pull, slack)
-    if u_r <= 1.0:
-        drag = 1.0 / (1.0 - u_g)
-        slip = (u_r * strain.ratio - u_g + strain.deficit) * drag
-        slope = (du_r * strain.ratio - (1.0 - u_r) * strain.slope) * drag
-        slope -= (1.0 - u_r) * strain.ratio * drag * drag * du_g
-    else:
-        # The receiving pulley is pushed backwards. Only its own sliding counts from here on,
-        # which keeps slip rising with the pull.
-        slip = 1.0 + (u_r - 1.0) * strain.ratio
-        slope = du_r * strain.ratio + (u_r - 1.0) * strain.slope
-    return Creep(slip, slope, arc_r.transition, arc_g.transition, arc_r.restick, u_r, u_g)
+    lift = _lift(c, speed)
+    if not _can_pull(c, tension, lift):
+        return Creep(math.inf, math.inf, tension, tension, 0.0, 0.0, math.nan, math.inf, -math.inf)
+    traction = _traction_at_pull(c, pull, tension, lift, mu, kf, driven_receives)
+    receiving, giving = both_arcs(c, traction, mu, kf, c.axial_stiffness - lift, driven_receives)
+    load = _loaded(c, traction, tension, lift, receiving, giving)
+    receiving_radius = c.driven_radius if driven_receives else c.driver_radius
+    giving_radius = c.driver_radius if driven_receives else c.driven_radius
+    return Creep(
+        load.slip,
+        load.slip_slope / load.pull_slope if math.isfinite(load.slip) else math.inf,
+        load.slack,
+        load.tight,
+        receiving.begin * receiving.unit / receiving_radius,
+        giving.begin * giving.unit / giving_radius,
+        receiving.state.restick * receiving.unit / receiving_radius,
+        load.receiving_gradient,
+        load.giving_gradient,
+    )
+
+
+@compiled
+def span_tensions(
+    c: DriveConstants,
+    pull: float,
+    tension: float,
+    mu: float,
+    kf: float,
+    speed: float,
+    driven_receives: bool,
+) -> tuple[float, float]:
+    """Tensions (T_L, T_H) [N] of the two spans at an effective pull; parameters as of `creep`."""
+    lift = _lift(c, speed)
+    stretch = c.axial_stiffness / max(c.axial_stiffness - lift, 1e-3 * c.axial_stiffness)
+    slack = slack_at_pull(c, pull, tension, lift)
+    if c.tensioning == FIXED_CENTRES and pull > 0.0 and _can_pull(c, tension, lift):
+        limit = pull_capacity(c, tension, mu, kf, speed, driven_receives)
+        held = min(pull, limit)
+        traction = _traction_at_pull(c, held, tension, lift, mu, kf, driven_receives)
+        slack = held / math.expm1(traction) - 0.5 * (pull - held)
+    return slack + lift, slack + lift + stretch * pull
 
 
 @compiled
@@ -226,31 +282,36 @@ def pull_at_creep(
 
     With weight 0 it inverts creep: the pull at slip `load`. With weight > 0 it is one implicit
     step of the spans' motion. The left side rises monotonically, so there is one root; Newton
-    iteration from `start`, kept between bounds that close in on the capacity geometrically.
+    iteration in the traction, from that of the pull `start`, kept between bounds that close in on
+    the limit geometrically.
     """
-    if not load > 0.0:
+    lift = _lift(c, speed)
+    if not (load > 0.0 and _can_pull(c, tension, lift)):
         return 0.0
-    capacity = pull_capacity(c, tension, mu, speed)
-    low = 0.0
-    high = capacity * (1.0 - _NEAREST_TO_CAPACITY)
-    if weight > 0.0:
-        high = min(high, load / weight)
-    if not high > 0.0:
-        return 0.0
+    net = c.axial_stiffness - lift
+    limit = min(traction_limit(c, mu), _LARGEST_EXPONENT)
+    low, high = 0.0, limit * (1.0 - _NEAREST_TO_CAPACITY)
     # A Newton step doubles the digits: a step this small leaves an error of its square.
-    enough = (2e-16 if weight == 0.0 else 1e-7) * capacity
-    x = min(max(start, 0.0), high)
+    enough = (2e-16 if weight == 0.0 else 1e-7) * limit
+    slack = slack_at_pull(c, max(start, 0.0), tension, lift)
+    x = min(math.log1p(max(start, 0.0) / slack), high) if slack > 0.0 else high
+    pull = 0.0
     for _ in range(_SOLVE_STEPS):
-        state = creep(c, x, tension, mu, kf, speed, driven_receives)
-        error = weight * x + state.slip - load
+        receiving, giving = both_arcs(c, x, mu, kf, net, driven_receives)
+        state = _loaded(c, x, tension, lift, receiving, giving)
+        error = weight * state.pull + state.slip - load
         if error > 0.0:
             high = x
         else:
             low = x
-        candidate = x - error / (weight + state.slope)
-        if not (math.isfinite(state.slope) and low <= candidate <= high):
-            candidate = capacity - math.sqrt((capacity - low) * (capacity - high))
-        if abs(candidate - x) <= enough or high - low <= 2e-16 * capacity:
-            return min(max(candidate, low), high)
+        candidate = x - error / (weight * state.pull_slope + state.slip_slope)
+        # Beside the pole at the limit a Newton step from above only doubles the distance to it.
+        lost = error > load and limit - x < _BESIDE_LIMIT * limit
+        if lost or not (math.isfinite(state.slip_slope) and low <= candidate <= high):
+            candidate = limit - math.sqrt((limit - low) * (limit - high))
+        pull = state.pull + state.pull_slope * (candidate - x)
+        step = abs(candidate - x)
+        if step <= min(enough, _PART_OF_GAP * (limit - x)) or high - low <= 2e-16 * limit:
+            break
         x = candidate
-    return x
+    return pull

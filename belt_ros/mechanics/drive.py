@@ -17,10 +17,17 @@ class Kinematics(Enum):
 
 
 class Tensioning(Enum):
-    """What the installation holds constant while torque changes."""
+    """What the installation holds constant while torque and speed change.
 
-    CONSTANT_MEAN = "constant_mean"  # (T_H + T_L)/2: constant hub load
+    A drive's tension is given as what is held: mean or slack tension; for a hub load and for fixed
+    centres the belt's tension when installed, at standstill and without torque. w = T - m v^2 is
+    the effective tension.
+    """
+
+    CONSTANT_MEAN = "constant_mean"  # (T_H + T_L)/2, at any speed
     CONSTANT_SLACK = "constant_slack"  # T_L: spring or gravity take-up on the slack span
+    CONSTANT_HUB_LOAD = "constant_hub_load"  # (w_H + w_L)/2: a shaft pulled by weight or spring
+    FIXED_CENTRES = "fixed_centres"  # the belt's length: shafts bolted down
 
 
 def require_positive(value: float, name: str, unit: str = "") -> None:

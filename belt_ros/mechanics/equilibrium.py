@@ -1,19 +1,14 @@
 """The two-pulley drive in steady state: torque to slip, slip to torque, capacity and margin."""
 
-import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import (
-    DriveConstants,
-    creep,
-    drive_constants,
-    pull_at_creep,
-    pull_capacity,
-)
+from belt_ros.mechanics.constants import DriveConstants, drive_constants
+from belt_ros.mechanics.creep import creep, pull_at_creep, pull_capacity
 from belt_ros.mechanics.drive import BeltDrive, DriveError, Tensioning
 
 _Floats = NDArray[np.float64]
@@ -33,51 +28,51 @@ class Equilibrium(NamedTuple):
     mean_tension: _Floats  # [N]
     driven_transition_angle: _Floats  # [rad]
     driver_transition_angle: _Floats  # [rad]
+    driven_restick_angle: _Floats  # [rad], NaN where the belt does not re-stick
+    driver_restick_angle: _Floats  # [rad]
     driven_inlet_gradient: _Floats  # u1'(0) [-]
     driver_inlet_gradient: _Floats  # u2'(0) [-]
+    friction_loss: _Floats  # [W], power in less power out
     torque_capacity: _Floats  # [N m] on the driven pulley
     margin: _Floats  # [-]
 
 
 @compiled
-def _steady_state(
-    c: DriveConstants, force: float, tension: float, mu: float, kf: float, speed: float
-) -> tuple[float, float, float, float, float]:
-    """Slip, transition angles and gradients (driven, driver) at a pull along the rotation."""
-    forward = force >= 0.0
-    state = creep(c, abs(force), tension, mu, kf, speed, forward)
-    if forward:
-        return (
-            state.slip,
-            state.receiving_transition,
-            state.giving_transition,
-            state.receiving_gradient,
-            state.giving_gradient,
-        )
-    return (
-        state.slip / (state.slip - 1.0) if state.slip < 1.0 else -math.inf,
-        state.giving_transition,
-        state.receiving_transition,
-        state.giving_gradient,
-        state.receiving_gradient,
-    )
-
-
-@compiled
 def _steady_states(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _Floats:
-    """Rows (force, tension, speed) to rows of `_steady_state` and the capacity."""
-    out = np.empty((rows.shape[0], 6))
+    """Rows (pull along the rotation, tension, speed) to rows of `solve_equilibrium`'s unknowns."""
+    out = np.empty((rows.shape[0], 10))
     for i in range(rows.shape[0]):
-        force, tension, speed = rows[i, 0], rows[i, 1], rows[i, 2]
-        state = _steady_state(c, force, tension, mu, kf, speed)
-        for j in range(5):
-            out[i, j] = state[j]
-        out[i, 5] = pull_capacity(c, tension, mu, speed)
+        pull, tension, speed = rows[i, 0], rows[i, 1], rows[i, 2]
+        forward = pull >= 0.0
+        state = creep(c, abs(pull), tension, mu, kf, speed, forward)
+        driven, driver = (0, 1) if forward else (1, 0)
+        out[i, driven] = state.receiving_transition
+        out[i, driver] = state.giving_transition
+        out[i, 2 + driven] = state.receiving_restick
+        out[i, 2 + driver] = np.nan
+        out[i, 4 + driven] = state.receiving_gradient
+        out[i, 4 + driver] = state.giving_gradient
+        out[i, 6] = state.slack
+        out[i, 7] = state.tight
+        out[i, 8] = pull_capacity(c, tension, mu, kf, speed, forward)
+        if forward:
+            out[i, 9] = state.slip
+        else:
+            out[i, 9] = state.slip / (state.slip - 1.0) if state.slip < 1.0 else -np.inf
     return out
 
 
 @compiled
-def _forces_at_slip(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _Floats:
+def _capacities(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _Floats:
+    """Rows (pull along the rotation, tension, speed) to effective pulls at gross slip."""
+    out = np.empty(rows.shape[0])
+    for i in range(rows.shape[0]):
+        out[i] = pull_capacity(c, rows[i, 1], mu, kf, rows[i, 2], rows[i, 0] >= 0.0)
+    return out
+
+
+@compiled
+def _pulls_at_slip(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _Floats:
     """Rows (slip, tension, speed) to effective pulls."""
     out = np.empty(rows.shape[0])
     for i in range(rows.shape[0]):
@@ -109,6 +104,8 @@ def _check_belt(drive: BeltDrive, tension: _Floats, rim_speed: _Floats) -> None:
             f"belt speed {rim_speed[bad].flat[0]:g} m/s is not below the critical speed {limit:g}"
         )
     lift = drive.belt.mass_per_length * rim_speed**2
+    if drive.tensioning is Tensioning.CONSTANT_HUB_LOAD:
+        lift = np.zeros_like(lift)  # the shaft follows the belt that inertia lifts
     if np.any(bad := ~(tension > lift)):
         raise DriveError(
             f"the belt lifts off: tension {tension[bad].flat[0]:g} N is not above "
@@ -116,16 +113,34 @@ def _check_belt(drive: BeltDrive, tension: _Floats, rim_speed: _Floats) -> None:
         )
 
 
-def torque_capacity(drive: BeltDrive, tension: ArrayLike, driver_speed: ArrayLike = 0.0) -> _Floats:
+def _solved(
+    drive: BeltDrive,
+    kernel: Callable[[DriveConstants, _Floats, float, float], _Floats],
+    *columns: _Floats,
+) -> _Floats:
+    """Run a kernel over rows of states with the driven pulley's friction."""
+    friction = drive.driven.friction_coefficient, drive.driven.friction_stiffness
+    return kernel(drive_constants(drive), _rows(*columns), *friction)
+
+
+def torque_capacity(
+    drive: BeltDrive,
+    tension: ArrayLike,
+    driver_speed: ArrayLike = 0.0,
+    regenerating: ArrayLike = False,
+) -> _Floats:
     """Torque on the driven pulley at gross slip of the pulley that slips first.
 
     Parameters
     ----------
     drive : BeltDrive
     tension : array_like
-        What the tensioning holds constant, mean or slack tension [N].
+        What the tensioning holds [N], see `Tensioning`.
     driver_speed : array_like
         omega2 [rad/s].
+    regenerating : array_like of bool
+        Whether the load drives. It matters between fixed centres, to pulleys that are not alike:
+        the one that does not slip takes up belt according to its role.
 
     Returns
     -------
@@ -137,17 +152,11 @@ def torque_capacity(drive: BeltDrive, tension: ArrayLike, driver_speed: ArrayLik
     DriveError
         If the belt lifts off or runs above its critical speed.
     """
-    held, speed = _state_arrays(tension, driver_speed)
+    held, speed, sign = _state_arrays(tension, driver_speed, np.where(regenerating, -1.0, 1.0))
     rim_speed = np.abs(speed) * drive.driver.radius
     _check_belt(drive, held, rim_speed)
-    c = drive_constants(drive)
-    limits = (drive.driven.traction_limit, drive.driver.traction_limit)
-    growth = np.expm1(min(*limits, 500.0))
-    lift = drive.belt.mass_per_length * rim_speed**2
-    share = 1.0 - lift / drive.belt.axial_stiffness
-    return np.asarray(
-        growth * (held - lift) / (share + c.slack_share * growth) * drive.driven.radius
-    )
+    pull = _solved(drive, _capacities, sign, held, rim_speed)
+    return np.asarray(pull.reshape(held.shape) * drive.driven.radius)
 
 
 def margin(
@@ -157,7 +166,10 @@ def margin(
 
     Parameters and errors as `torque_capacity`; `torque` [N m] acts on the driven pulley.
     """
-    return np.asarray(1.0 - np.abs(torque) / torque_capacity(drive, tension, driver_speed))
+    moment = np.asarray(torque, dtype=np.float64)
+    regenerating = moment * np.where(np.less(driver_speed, 0.0), -1.0, 1.0) < 0.0
+    limit = torque_capacity(drive, tension, driver_speed, regenerating)
+    return np.asarray(1.0 - np.abs(moment) / limit)
 
 
 def solve_equilibrium(
@@ -171,7 +183,7 @@ def solve_equilibrium(
     torque : array_like
         Torque that the belt puts on the driven pulley [N m], in the joint's positive direction.
     tension : array_like
-        What the tensioning holds constant, mean or slack tension [N].
+        What the tensioning holds [N], see `Tensioning`.
     driver_speed : array_like
         omega2 [rad/s]; at standstill the limit of slow positive rotation.
 
@@ -185,38 +197,43 @@ def solve_equilibrium(
         Beyond the capacity, or where the belt lifts off or runs above its critical speed.
     """
     moment, held, speed = _state_arrays(torque, tension, driver_speed)
-    limit = torque_capacity(drive, held, speed)
+    rim_speed = np.abs(speed) * drive.driver.radius
+    _check_belt(drive, held, rim_speed)
+    along = np.where(speed < 0.0, -1.0, 1.0) * moment / drive.driven.radius
+    solved = _solved(drive, _steady_states, along, held, rim_speed)
+    columns = (column.reshape(moment.shape) for column in solved.T)
+    theta1, theta2, restick1, restick2, u1, u2, slack, tight, pull_limit, slip = columns
+    limit = pull_limit * drive.driven.radius
+    _check_load(moment, limit, slip)
+    return Equilibrium(
+        slip=slip,
+        driven_speed=speed * drive.driver.radius / drive.driven.radius * (1.0 - slip),
+        tight_tension=tight,
+        slack_tension=slack,
+        mean_tension=0.5 * (slack + tight),
+        driven_transition_angle=theta1,
+        driver_transition_angle=theta2,
+        driven_restick_angle=restick1,
+        driver_restick_angle=restick2,
+        driven_inlet_gradient=u1,
+        driver_inlet_gradient=u2,
+        friction_loss=along * slip * rim_speed,
+        torque_capacity=limit,
+        margin=1.0 - np.abs(moment) / limit,
+    )
+
+
+def _check_load(moment: _Floats, limit: _Floats, slip: _Floats) -> None:
+    """Raise unless there is a steady state at every torque."""
     if np.any(bad := ~(np.abs(moment) < limit)):
         raise DriveError(
             f"torque {moment[bad].flat[0]:g} N m is not within the capacity of "
             f"{limit[bad].flat[0]:g} N m: gross slip"
         )
-    c = drive_constants(drive)
-    turning = np.where(speed < 0.0, -1.0, 1.0)
-    force = moment / drive.driven.radius
-    rows = _rows(turning * force, held, np.abs(speed) * drive.driver.radius)
-    solved = _steady_states(
-        c, rows, drive.driven.friction_coefficient, drive.driven.friction_stiffness
-    )
-    if np.any(bad := ~np.isfinite(solved[:, 0])):
+    if np.any(bad := ~np.isfinite(slip)):
         raise DriveError(
-            f"torque {moment.ravel()[bad][0]:g} N m needs a slip beyond 100 %: no steady state"
+            f"torque {moment[bad].flat[0]:g} N m needs a slip beyond 100 %: no steady state"
         )
-    slip, theta1, theta2, u1, u2, _ = (column.reshape(moment.shape) for column in solved.T)
-    slack = held - c.slack_share * np.abs(force)
-    return Equilibrium(
-        slip=slip,
-        driven_speed=speed * drive.driver.radius / drive.driven.radius * (1.0 - slip),
-        tight_tension=slack + np.abs(force),
-        slack_tension=slack,
-        mean_tension=slack + 0.5 * np.abs(force),
-        driven_transition_angle=theta1,
-        driver_transition_angle=theta2,
-        driven_inlet_gradient=u1,
-        driver_inlet_gradient=u2,
-        torque_capacity=limit,
-        margin=1.0 - np.abs(moment) / limit,
-    )
 
 
 def torque_from_slip(
@@ -240,18 +257,6 @@ def torque_from_slip(
     ratio, held, speed = _state_arrays(slip, tension, driver_speed)
     rim_speed = np.abs(speed) * drive.driver.radius
     _check_belt(drive, held, rim_speed)
-    force = _forces_at_slip(
-        drive_constants(drive),
-        _rows(ratio, held, rim_speed),
-        drive.driven.friction_coefficient,
-        drive.driven.friction_stiffness,
-    ).reshape(ratio.shape)
+    pull = _solved(drive, _pulls_at_slip, ratio, held, rim_speed).reshape(ratio.shape)
     turning = np.where(speed < 0.0, -1.0, 1.0)
-    return np.asarray(turning * force * drive.driven.radius)
-
-
-def mean_from_held_tension(drive: BeltDrive, held: float, pull: float) -> float:
-    """Mean tension [N] at a pull [N], from what the tensioning holds constant."""
-    if drive.tensioning is Tensioning.CONSTANT_MEAN:
-        return held
-    return held + 0.5 * math.fabs(pull)
+    return np.asarray(turning * pull * drive.driven.radius)

@@ -1,7 +1,7 @@
 """The drive in motion: two inertias, elastic spans, and creep that relaxes the spans' wind-up.
 
-With the rim speeds v1 = R1 omega1 and v2 = R2 omega2, the pull F = T_H - T_L (positive when it
-turns the driven pulley forward) and the torques tau from outside,
+With the rim speeds v1 = R1 omega1 and v2 = R2 omega2, the effective pull F = w_H - w_L (positive
+when it turns the driven pulley forward) and the torques tau from outside,
 
     J1 omega1' = tau1 + R1 F
     J2 omega2' = tau2 - R2 F
@@ -17,13 +17,8 @@ inertia is taken at the driver's rim speed.
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import (
-    Creep,
-    DriveConstants,
-    creep,
-    pull_at_creep,
-    pull_capacity,
-)
+from belt_ros.mechanics.constants import DriveConstants
+from belt_ros.mechanics.creep import Creep, creep, pull_at_creep, pull_capacity
 
 _BELOW_CAPACITY = 1.0 - 1e-9
 _LARGEST_CREEP_LOAD = 0.98
@@ -60,6 +55,16 @@ def rim_speed(c: DriveConstants, state: Motion, condition: Condition) -> tuple[f
 
 
 @compiled
+def condition_capacity(
+    c: DriveConstants, condition: Condition, speed: float, driven_receives: bool
+) -> float:
+    """Effective pull [N] at gross slip under a condition, at a belt speed [m/s]."""
+    return pull_capacity(
+        c, condition.tension, condition.friction, condition.stiffness, speed, driven_receives
+    )
+
+
+@compiled
 def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tuple[Creep, bool]:
     """Creep that belongs to the present pull, and whether the driven pulley receives the power.
 
@@ -68,7 +73,7 @@ def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tupl
     v2, v1 = rim_speed(c, state, condition)
     turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
     along = turning * state.pull
-    capacity = pull_capacity(c, condition.tension, condition.friction, abs(v2))
+    capacity = condition_capacity(c, condition, abs(v2), along >= 0.0)
     steady = creep(
         c,
         min(abs(along), _LARGEST_CREEP_LOAD * capacity),
@@ -117,7 +122,7 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
     along = turning * unloaded
     stiff = 1.0 + gain * dt * inertia
     relaxation = gain * fastest * max(1.0 + condition.creep_error, 0.0)
-    limit = _BELOW_CAPACITY * pull_capacity(c, condition.tension, condition.friction, abs(v2))
+    limit = _BELOW_CAPACITY * condition_capacity(c, condition, abs(v2), along >= 0.0)
     if relaxation <= 1e-12:
         pull = min(abs(along) / stiff, limit)
     else:

@@ -15,8 +15,14 @@ from numpy.typing import NDArray
 from belt_ros.estimation.assumptions import setting
 from belt_ros.mechanics import BeltDrive
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.creep import DriveConstants, drive_constants, pull_capacity
-from belt_ros.mechanics.motion import Condition, Motion, rim_speed, step_motion
+from belt_ros.mechanics.constants import DriveConstants, drive_constants
+from belt_ros.mechanics.motion import (
+    Condition,
+    Motion,
+    condition_capacity,
+    rim_speed,
+    step_motion,
+)
 from belt_ros.rig.truth import Truth, read_truth
 
 _Floats = NDArray[np.float64]
@@ -213,7 +219,7 @@ class Plant:
         rim = c.driver_radius * speed
         load = _load_torque(self._control, float(self._command[Command.LOAD]), speed, 0.0)
         condition = self._condition(0.0, load)
-        capacity = pull_capacity(c, condition.tension, condition.friction, abs(rim))
+        capacity = condition_capacity(c, condition, abs(rim), rim * load <= 0.0)
         limit = _LARGEST_START_LOAD * capacity
         pull = min(max(-load / c.driven_radius, -limit), limit)
         carried = Motion(speed, rim / driven_radius, pull)

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_ros.estimation import BeltEstimate, Health, Knowledge, Phase, Quantity, Rejection
 from belt_ros.estimation.state import STATES, Index, Reading, read
-from belt_ros.mechanics.creep import DriveConstants
+from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.motion import Condition, Motion
 
 # Creep has no bound at the capacity, so no pulley ever slides over the whole of its arc in a formal

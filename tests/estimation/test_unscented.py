@@ -9,7 +9,7 @@ from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import STATES, propagate
 from belt_ros.estimation.unscented import GradedSigmaPoints, take_in
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
-from belt_ros.mechanics.creep import drive_constants
+from belt_ros.mechanics.constants import drive_constants
 
 PULLEY = Pulley(0.08125, np.pi, 1.2, 8.1e7, 0.05)
 CONSTANTS = drive_constants(BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105))

@@ -10,8 +10,15 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from belt_ros.mechanics import Belt, BeltDrive, Pulley, solve_equilibrium, torque_capacity
-from belt_ros.mechanics.creep import DriveConstants, creep, drive_constants, pull_capacity
-from belt_ros.mechanics.motion import Condition, Motion, predicted_slip, step_motion
+from belt_ros.mechanics.constants import DriveConstants, drive_constants
+from belt_ros.mechanics.creep import creep, pull_capacity
+from belt_ros.mechanics.motion import (
+    Condition,
+    Motion,
+    condition_capacity,
+    predicted_slip,
+    step_motion,
+)
 
 REPEATABLE = settings(derandomize=True, deadline=None, max_examples=200)
 TENSION = 435.0
@@ -191,7 +198,7 @@ def test_gross_slip_holds_the_pull_at_capacity_and_stalls_the_driven_pulley(
 ) -> None:
     drive = make_drive(stiffness=stiffness)
     c = drive_constants(drive)
-    capacity = pull_capacity(c, TENSION, 1.2, 0.06 * 100.0)
+    capacity = pull_capacity(c, TENSION, 1.2, stiffness, 0.06 * 100.0, True)
     overload = make_condition(
         drive, sign * capacity * 0.06, -sign * 1.3 * capacity * drive.driven.radius
     )
@@ -199,7 +206,7 @@ def test_gross_slip_holds_the_pull_at_capacity_and_stalls_the_driven_pulley(
     state = run(c, state, overload, 1e-3, 100)
     for _ in range(100):
         before, state = state, step_motion(c, state, overload, 1e-3)
-        capacity = pull_capacity(c, TENSION, 1.2, 0.06 * abs(before.driver_speed))
+        capacity = pull_capacity(c, TENSION, 1.2, stiffness, 0.06 * abs(before.driver_speed), True)
         assert (1.0 - shortfall) * capacity < sign * state.pull < capacity
         slip = 1.0 - 0.08125 * before.driven_speed / (0.06 * before.driver_speed)
         if slip < 0.9:  # the pull is the one that belongs to the slip: just how far short it falls
@@ -215,7 +222,7 @@ def test_gross_slip_holds_the_pull_at_capacity_and_stalls_the_driven_pulley(
 def test_drive_recovers_from_gross_slip_when_the_load_goes(stiffness: float) -> None:
     drive = make_drive(mass=0.0, stiffness=stiffness)
     c = drive_constants(drive)
-    capacity = pull_capacity(c, TENSION, 1.2, 0.0)
+    capacity = pull_capacity(c, TENSION, 1.2, stiffness, 0.0, True)
     overload = make_condition(drive, capacity * 0.06, -2.0 * capacity * drive.driven.radius)
     state = run(c, Motion(100.0, 73.0, 0.0), overload, 1e-3, 60)
     assert state.pull > 0.99 * capacity
@@ -240,7 +247,7 @@ def test_standstill_does_not_creep_and_holds_its_wind_up() -> None:
 def test_standstill_cannot_hold_more_than_the_capacity() -> None:
     drive = make_drive()
     c = drive_constants(drive)
-    capacity = pull_capacity(c, TENSION, 1.2, 0.0)
+    capacity = pull_capacity(c, TENSION, 1.2, drive.driven.friction_stiffness, 0.0, True)
     condition = make_condition(drive, 0.06 * 2.0 * capacity, -0.08125 * 2.0 * capacity)
     state = step_motion(c, Motion(0.0, 0.0, capacity), condition, 0.01)
     assert state.pull == pytest.approx(capacity, rel=1e-8)
@@ -355,7 +362,7 @@ def test_any_finite_input_gives_a_finite_motion_within_capacity(
     after = step_motion(c, state, condition, dt)
     assert all(math.isfinite(value) for value in after)
     rim = abs(c.driver_radius * state.driver_speed)
-    assert abs(after.pull) <= pull_capacity(c, condition.tension, condition.friction, rim)
+    assert abs(after.pull) <= condition_capacity(c, condition, rim, True)
 
 
 @given(**RANGES)

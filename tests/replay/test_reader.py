@@ -5,7 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from conftest import START_NS, Sample, steady_run, write_bag, write_chunked_mcap
+from bags import START_NS, Sample, steady_run, write_bag, write_chunked_mcap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.rosbag2 import StoragePlugin

@@ -1,5 +1,5 @@
 import pytest
-from conftest import steady_run, write_chunked_mcap
+from bags import steady_run, write_chunked_mcap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.records import Chunk

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from conftest import PERIOD_NS, Sample, steady_run, write_bag
+from bags import PERIOD_NS, Sample, steady_run, write_bag
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st

@@ -1,0 +1,150 @@
+"""What the tensioning makes of the tensions: effective slack tension at a traction, compiled.
+
+The traction ln(w_H/w_L) fixes the shape of both arcs. The tensions' level follows from what the
+installation holds: explicitly for a held mean or slack tension or hub load; with fixed centres from
+the belt's unstretched length, which stays,
+
+    loop integral of ds / (1 + T/EA) = path / (1 + T_installed/EA)
+
+(`Kinematics.LINEAR`: loop integral of T ds = path T_installed). Tension is low or high over most of
+an arc and changes near its outlet, faster where it is higher; so a fixed loop pulls tighter under
+load, and T_H + T_L rises with the torque.
+"""
+
+import math
+
+from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.arc_profile import ScaledArc, excess, relaxed_length
+from belt_ros.mechanics.constants import (
+    FIXED_CENTRES,
+    HELD_HUB_LOAD,
+    HELD_MEAN,
+    DriveConstants,
+)
+
+_SECANT_STEPS = 20
+
+
+@compiled
+def slack_at_pull(c: DriveConstants, pull: float, held: float, lift: float) -> float:
+    """Effective slack tension w_L [N] at an effective pull w_H - w_L [N], not for fixed centres.
+
+    `held` [N] is what the tensioning holds, `lift` = m v^2 [N].
+    """
+    if c.tensioning == HELD_HUB_LOAD:
+        return held - 0.5 * pull
+    if c.tensioning in (HELD_MEAN, FIXED_CENTRES):
+        return held - lift - 0.5 * pull / (1.0 - lift / c.axial_stiffness)
+    return held - lift
+
+
+@compiled
+def held_slack(c: DriveConstants, traction: float, held: float, lift: float) -> tuple[float, float]:
+    """Effective slack tension w_L [N] at a traction, and its slope; not for fixed centres."""
+    growth = math.exp(traction)
+    if c.tensioning == HELD_HUB_LOAD:
+        slack = 2.0 * held / (1.0 + growth)
+        return slack, -slack * growth / (1.0 + growth)
+    if c.tensioning == HELD_MEAN:
+        share = 1.0 - lift / c.axial_stiffness
+        shape = 1.0 + 0.5 * (growth - 1.0) / share
+        slack = (held - lift) / shape
+        return slack, -0.5 * slack * growth / (share * shape)
+    return held - lift, 0.0
+
+
+@compiled
+def slack_at_traction(
+    c: DriveConstants,
+    traction: float,
+    held: float,
+    lift: float,
+    receiving: ScaledArc,
+    giving: ScaledArc,
+) -> tuple[float, float]:
+    """Effective slack tension w_L [N] at a traction, and its slope.
+
+    With fixed centres and exact strain the slope is that of the linear law, to first order.
+    """
+    if c.tensioning == FIXED_CENTRES:
+        return _slack_of_fixed_centres(c, traction, held, lift, receiving, giving)
+    return held_slack(c, traction, held, lift)
+
+
+@compiled
+def _slack_of_fixed_centres(
+    c: DriveConstants,
+    traction: float,
+    held: float,
+    lift: float,
+    receiving: ScaledArc,
+    giving: ScaledArc,
+) -> tuple[float, float]:
+    share = 1.0 - lift / c.axial_stiffness
+    growth, rise = math.exp(traction), math.expm1(traction)
+    received, received_slope = excess(receiving)
+    given, given_slope = excess(giving)
+    path = 2.0 * c.span_length + receiving.wrap * receiving.unit + giving.wrap * giving.unit
+    # Loop integral of w/w_L - 1.
+    gained = receiving.unit * received + c.span_length * rise
+    gained += giving.unit * (growth * given + rise * giving.wrap)
+    gained_slope = receiving.unit * received_slope + c.span_length * growth
+    gained_slope += giving.unit * growth * (given + given_slope + giving.wrap)
+    shape = 1.0 + gained / (share * path)
+    slack = (held - lift) / shape
+    slope = -gained_slope / (share * path * shape)
+    if c.exact_strain and slack > 0.0:
+        slack = _refined(c, slack, held, lift, growth, shape, receiving, giving)
+    return slack, slack * slope
+
+
+@compiled
+def _refined(
+    c: DriveConstants,
+    slack: float,
+    held: float,
+    lift: float,
+    growth: float,
+    shape: float,
+    receiving: ScaledArc,
+    giving: ScaledArc,
+) -> float:
+    """Slack tension at which the unstretched length is the installed one, from a near one."""
+    ea = c.axial_stiffness
+    path = 2.0 * c.span_length + receiving.wrap * receiving.unit + giving.wrap * giving.unit
+    installed = path / (1.0 + held / ea)
+    stretch = (1.0 + held / ea) ** 2
+    rate = -shape * path / (ea * stretch)
+    before, error_before = slack, 0.0
+    for step in range(_SECANT_STEPS):
+        error = _unstretched(c, slack, lift, growth, receiving, giving) - installed
+        if step > 0 and error != error_before:
+            rate = (error - error_before) / (slack - before)
+        before, error_before = slack, error
+        slack = max(slack - error / rate, 0.5 * slack)
+        if abs(slack - before) <= 1e-9 * slack:  # the error is the square of this
+            break
+    return slack
+
+
+@compiled
+def _unstretched(
+    c: DriveConstants,
+    slack: float,
+    lift: float,
+    growth: float,
+    receiving: ScaledArc,
+    giving: ScaledArc,
+) -> float:
+    """Unstretched length [m] of the belt in the loop at an effective slack tension."""
+    ea = c.axial_stiffness
+    net = ea - lift
+    tight = slack * growth
+    slack_strain = (slack + lift) / ea
+    tight_strain = slack_strain + (tight - slack) / net
+    return (
+        c.span_length / (1.0 + slack_strain)
+        + c.span_length / (1.0 + tight_strain)
+        + receiving.unit * relaxed_length(receiving, slack_strain, slack / net)
+        + giving.unit * relaxed_length(giving, tight_strain, tight / net)
+    )

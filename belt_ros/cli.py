@@ -3,20 +3,20 @@
 import json
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 import belt_ros
 
-if TYPE_CHECKING:
-    from belt_ros.replay.run import Progress
-
 _PATIENCE = 2.0  # [s] before a progress bar is worth its place
 _PASS_ON = {"allow_extra_args": True, "ignore_unknown_options": True}
+
+Progress = Callable[[float, float], None]  # called with what is done and what there is to do
 
 app = typer.Typer(
     name="belt",
@@ -50,22 +50,20 @@ def _errors_in_one_line() -> Iterator[None]:
 
 
 @contextmanager
-def _progress_bar(*, quiet: bool) -> Iterator["Progress | None"]:
-    """Yield what `replay` reports to; a bar appears on a terminal once it takes long."""
+def _progress_bar(what: str, *, quiet: bool) -> Iterator[Progress | None]:
+    """Yield what a long work reports to; a bar appears on a terminal once it takes long."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
     from rich.console import Console
-    from rich.progress import MofNCompleteColumn, Progress, TimeRemainingColumn
+    from rich.progress import Progress as Bar
 
-    bar = Progress(
-        *Progress.get_default_columns()[:2],
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
+    bar = Bar(
+        *Bar.get_default_columns(),
         console=Console(stderr=True),
         transient=True,
     )
-    task = bar.add_task("replaying", total=None)
+    task = bar.add_task(what, total=None)
     late = threading.Timer(_PATIENCE, bar.start)
     late.daemon = True
     late.start()
@@ -119,7 +117,7 @@ def replay(
 
         settings = load_settings(config)
         place = out or Path(f"{_name_of(bag)}_belt")
-        with _progress_bar(quiet=quiet) as progress:
+        with _progress_bar("replaying", quiet=quiet) as progress:
             summary = replaying.replay(
                 bag, settings, place, topic=topic, replace=force, progress=progress
             )
@@ -194,10 +192,20 @@ def rig(
     bag: Annotated[
         Path | None, typer.Option(help="Write a bag as fast as it goes, instead of playing live.")
     ] = None,
+    finite_elements: Annotated[
+        bool,
+        typer.Option(
+            "--finite-elements", help="With --bag: simulate belt and contact node by node."
+        ),
+    ] = False,
 ) -> None:
     """Run a virtual drive, with faults on request: live on ROS 2 topics, or into a bag."""
+    if finite_elements and bag is None:
+        raise typer.BadParameter(
+            "it is too slow to play live; give --bag", param_hint="--finite-elements"
+        )
     with _errors_in_one_line():
-        from belt_ros.rig import load_scenario, simulate
+        from belt_ros.rig import load_scenario, simulate, simulate_finite_elements
         from belt_ros.settings import load_settings
 
         settings = load_settings(config)
@@ -205,7 +213,12 @@ def rig(
         if bag is not None:
             from belt_ros.rig.bag import write_bag
 
-            count = write_bag(bag, settings.name, simulate(settings, script))
+            if finite_elements:
+                with _progress_bar("simulating", quiet=False) as progress:
+                    samples = simulate_finite_elements(settings, script, progress=progress)
+            else:
+                samples = simulate(settings, script)
+            count = write_bag(bag, settings.name, samples)
             typer.echo(f"{count} joint states written to {bag}")
             return
     _need_ros()
@@ -214,6 +227,68 @@ def rig(
     files = {"config_file": config, "scenario_file": scenario}
     given = [f"{name}:={json.dumps(str(path))}" for name, path in files.items()]
     raise typer.Exit(play(["--ros-args", *(word for text in given for word in ("-p", text))]))
+
+
+class MaterialTable(str, Enum):
+    """The tables of `belt materials`."""
+
+    BELTS = "belts"
+    LIMITS = "limits"
+    FRICTION = "friction"
+    LAGGINGS = "laggings"
+    SECTIONS = "sections"
+    EVIDENCE = "evidence"
+    SOURCES = "sources"
+
+
+@app.command(epilog="Example: belt materials --belt polyamide-rubber --size 0.05 --on steel")
+def materials(
+    table: Annotated[
+        MaterialTable, typer.Argument(help="Which table to print.")
+    ] = MaterialTable.BELTS,
+    belt: Annotated[
+        str | None, typer.Option(help="Print this belt's figures as YAML for a drive instead.")
+    ] = None,
+    size: Annotated[
+        float | None, typer.Option(help="Its width or diameter [m], or number of ribs or belts.")
+    ] = None,
+    on: Annotated[str, typer.Option(help="What it runs on; see the table of laggings.")] = "steel",
+    state: Annotated[str, typer.Option(help="dry, wet or dirty.")] = "dry",
+    diameter: Annotated[
+        float | None, typer.Option(help="Datum diameter of a grooved pulley [m].")
+    ] = None,
+) -> None:
+    """List belts, laggings and grooves that can be named, or the figures of one belt."""
+    with _errors_in_one_line():
+        from belt_ros.mechanics import DriveError
+        from belt_ros.mechanics.materials import belt_material
+        from belt_ros.terminal import material_yaml, print_material_table
+
+        if belt is None:
+            print_material_table(table.value)
+            return
+        material = belt_material(belt)
+        if size is None:
+            raise DriveError(f"--size is missing: {material.size.value}")
+        typer.echo(material_yaml(material, size, on, state, diameter))
+
+
+@app.command(epilog="Example: belt figures --out figures --only 10 --only table2")
+def figures(
+    out: Annotated[Path, typer.Option("--out", "-o", help="Directory to write them to.")] = Path(
+        "figures"
+    ),
+    only: Annotated[
+        list[str] | None, typer.Option(help="Figure number or table; may be given several times.")
+    ] = None,
+) -> None:
+    """Draw the figures and tables of Kim, Leamy and Ferri (2011) with this code."""
+    with _errors_in_one_line(), _progress_bar("drawing", quiet=False) as progress:
+        from belt_ros.figures import draw_all
+
+        places = draw_all(out, only, progress)
+    for place in places:
+        typer.echo(place)
 
 
 def _need_ros() -> None:

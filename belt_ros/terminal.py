@@ -6,6 +6,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.table import Table
 
+from belt_ros.mechanics import DriveError
+from belt_ros.mechanics.materials import BeltMaterial, SurfaceState
+from belt_ros.mechanics.materials.tables import tables
 from belt_ros.rating import Rating
 from belt_ros.replay.summary import Extreme, FinalQuantity, Summary
 from belt_ros.settings import PARAMETERS, DriveSettings, Parameter
@@ -167,3 +170,45 @@ def markdown_parameters() -> str:
 
 def _markdown_row(cells: tuple[str, ...]) -> str:
     return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+
+
+def print_material_table(name: str) -> None:
+    """Print one of the tables of belts, laggings and grooves, and what its marks mean."""
+    (found,) = (table for table in tables() if table.name == name)
+    shown = Table()
+    for heading in found.header:
+        shown.add_column(heading.replace("[", r"\["), overflow="fold")
+    for row in found.rows:
+        shown.add_row(*(cell.replace("[", r"\[") for cell in row))
+    console = Console(highlight=False)
+    console.print(shown)
+    console.print("low / typical / high; * not every source of it was seen in print")
+
+
+def material_yaml(
+    material: BeltMaterial, size: float, lagging: str, state: str, diameter: float | None
+) -> str:
+    """Return a belt's typical figures as the part of a drive's YAML that they fill.
+
+    Raises
+    ------
+    DriveError
+        For an unknown lagging or state, or a size that cannot be.
+    """
+    try:
+        surface = SurfaceState(state)
+    except ValueError:
+        known = ", ".join(one.value for one in SurfaceState)
+        raise DriveError(f"state is {state!r}; it must be one of {known}") from None
+    made = material.belt(size)
+    lines = [
+        f"# {material.title}; {size:g} {material.size.value}, on {lagging}, {surface.value}.",
+        "# Typical figures: replace by the manufacturer's or by measured ones where you have them.",
+        "belt:",
+        f"  axial_stiffness: {made.axial_stiffness:#.4g}    # N",
+        f"  mass_per_length: {made.mass_per_length:#.4g}    # kg/m",
+        "prior:",
+    ]
+    prior = material.prior(size, lagging, surface, diameter)
+    lines += [f"  {name}: {value:#.4g}" for name, value in prior._asdict().items()]
+    return "\n".join(lines)

@@ -181,3 +181,64 @@ def test_help_imports_nothing_heavy():
 def test_live_commands_say_where_ros_is_missing(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert_one_line(belt("node"), "needs ROS 2", "make setup")
+
+
+def test_materials_are_listed_in_tables():
+    for table in ("belts", "limits", "friction", "laggings", "sections", "evidence", "sources"):
+        result = belt("materials", table)
+        assert result.exit_code == 0, result.output
+        assert "low / typical / high" in result.stdout
+    assert "polyamide" in belt("materials").stdout
+
+
+def test_a_named_belt_comes_as_yaml_that_a_drive_takes(tmp_path):
+    result = belt("materials", "--belt", "polyamide-rubber", "--size", "0.05")
+    assert result.exit_code == 0, result.output
+    values = yaml.safe_load(result.stdout)
+    drive = yaml.safe_load(CONFIG.read_text())["/**"]["ros__parameters"]
+    for group, entries in values.items():
+        drive[group].update(entries)
+    path = tmp_path / "drive.yaml"
+    path.write_text(yaml.safe_dump(drive))
+    checked = belt("check", path)
+    assert checked.exit_code == 0, checked.output
+    assert values["belt"]["axial_stiffness"] == pytest.approx(0.05 * 8e5)
+
+
+@pytest.mark.parametrize(
+    ("words", "pattern"),
+    [
+        (["--belt", "HTD 5M"], "toothed.*drives by form"),
+        (["--belt", "leather-strap"], "choose from.*polyamide"),
+        (["--belt", "polyamide-rubber"], "--size is missing: m of width"),
+        (["--belt", "polyamide-rubber", "--size", "-1"], "size.*must be finite and > 0"),
+        (
+            ["--belt", "polyamide-rubber", "--size", "0.1", "--state", "icy"],
+            "one of dry, wet, dirty",
+        ),
+        (["--belt", "polyamide-rubber", "--size", "0.1", "--on", "butter"], "butter"),
+    ],
+)
+def test_what_a_material_cannot_be_is_one_line_with_the_choices(words, pattern):
+    assert_one_line(belt("materials", *words), pattern)
+
+
+def test_finite_elements_write_a_bag_that_replay_reads(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text(
+        "{duration: 0.1, sample_rate: 500, speed: [[0.0, 20.0], [0.05, 40.0]], load: 5.0}"
+    )
+    words = ("--config", CONFIG, "--scenario", scenario)
+    result = belt("rig", *words, "--bag", tmp_path / "bag", "--finite-elements")
+    assert result.exit_code == 0, result.output
+    assert "51 joint states" in result.stdout
+    result = belt("replay", tmp_path / "bag", "--config", CONFIG, "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+
+
+def test_finite_elements_are_not_played_live(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("{duration: 0.1}")
+    result = belt("rig", "--config", CONFIG, "--scenario", scenario, "--finite-elements")
+    assert result.exit_code == 2
+    assert "give --bag" in result.stderr

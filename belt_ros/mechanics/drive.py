@@ -133,6 +133,18 @@ class BeltDrive:
 
     def __post_init__(self) -> None:
         require_positive(self.span_length, "span length", "m")
+        self._check_pulleys_apart()
+
+    def _check_pulleys_apart(self) -> None:
+        """Raise if an open belt with these spans would have its pulleys overlap."""
+        open_belt = abs(self.driven.wrap_angle + self.driver.wrap_angle - 2.0 * math.pi) < 1e-3
+        shortest = 2.0 * math.sqrt(self.driven.radius * self.driver.radius)
+        if open_belt and self.span_length < shortest * (1.0 - 1e-9):
+            raise DriveError(
+                f"the pulleys overlap: the span length is {self.span_length:g} m; pulleys of "
+                f"{self.driven.radius:g} m and {self.driver.radius:g} m that just touch have one "
+                f"of {shortest:g} m"
+            )
 
     def without_inertia(self) -> "BeltDrive":
         """Return the same drive with a massless belt."""

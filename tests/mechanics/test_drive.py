@@ -80,3 +80,15 @@ def test_a_drive_cannot_be_changed_in_place() -> None:
 
 def test_a_drive_error_is_a_value_error() -> None:
     assert issubclass(DriveError, ValueError)
+
+
+def test_pulleys_of_an_open_belt_must_not_overlap() -> None:
+    driven, driver = Pulley(0.1, 3.2, 0.5, 1e7), Pulley(0.09, 2.0 * math.pi - 3.2, 0.5, 1e7)
+    with pytest.raises(DriveError, match=r"pulleys overlap: the span length is 0\.1 m.*0\.189737"):
+        BeltDrive(Belt(1e4), driven, driver, span_length=0.1)
+    BeltDrive(Belt(1e4), driven, driver, span_length=0.19)
+
+
+def test_shorter_spans_are_left_to_belts_that_idlers_or_a_crossing_guide() -> None:
+    pulley = Pulley(0.1, 3.9, 0.5, 1e7)
+    assert BeltDrive(Belt(1e4), pulley, pulley, span_length=0.05).span_length == 0.05

@@ -1,0 +1,94 @@
+"""The finite element plant: same scenario, sensors and truth as the rig's."""
+
+import dataclasses
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from belt_ros.mechanics import Tensioning, solve_equilibrium
+from belt_ros.mechanics.finite_element_mesh import Discretisation
+from belt_ros.rig import ScenarioError, simulate_finite_elements
+from belt_ros.rig.scenario import scenario_from_mapping
+from belt_ros.settings import load_settings
+
+CONFIG = Path(__file__).parents[2] / "config"
+SETTINGS = load_settings(CONFIG / "paper_drive.yaml")
+COARSE = Discretisation(elements_per_half_pulley=30)
+
+
+def scenario(**changed: object):
+    values = {
+        "duration": 0.5,
+        "sample_rate": 1000.0,
+        "speed": [[0.0, 60.0], [0.1, 120.0]],
+        "load": [[0.0, 5.0], [0.1, 30.0]],
+        "condition.tension": 430.0,
+        "condition.friction_stiffness": 5e7,
+    }
+    return scenario_from_mapping(values | changed, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def samples():
+    return list(simulate_finite_elements(SETTINGS, scenario(duration=1.5), COARSE))
+
+
+def test_there_is_a_sample_at_every_stamp(samples) -> None:
+    assert [sample.stamp_ns for sample in samples] == [n * 1_000_000 for n in range(1501)]
+
+
+def test_truth_settles_in_the_equilibrium_between_fixed_centres(samples) -> None:
+    drive = dataclasses.replace(SETTINGS.drive, tensioning=Tensioning.FIXED_CENTRES)
+    drive = dataclasses.replace(
+        drive,
+        driven=dataclasses.replace(drive.driven, friction_stiffness=5e7),
+        driver=dataclasses.replace(drive.driver, friction_stiffness=5e7),
+    )
+    expected = solve_equilibrium(drive, 30.0, 430.0, 120.0)
+    last = samples[-1000:]  # the pulleys swing against each other on the spans for seconds
+    for name, tolerance in (("tight_tension", 0.01), ("slack_tension", 0.01), ("slip", 0.03)):
+        mean = np.mean([getattr(sample.truth, name) for sample in last])
+        assert mean == pytest.approx(float(getattr(expected, name)), rel=tolerance)
+    torque = np.mean([sample.truth.transmitted_torque for sample in last])
+    assert torque == pytest.approx(30.0, rel=0.02)
+
+
+def test_sensors_say_the_truth_but_for_their_noise(samples) -> None:
+    speeds = np.array([sample.joints.velocities for sample in samples])
+    truth = np.array([(s.truth.driver_speed, s.truth.driven_speed) for s in samples])
+    assert np.abs(speeds - truth).max() < 0.1
+    turned = np.array([sample.joints.positions for sample in samples])
+    assert turned[-1, 0] == pytest.approx(np.trapezoid(truth[:, 0], dx=1e-3), abs=1e-3)
+    slipped = samples[-1].truth.accumulated_slip
+    radius = SETTINGS.drive.driver.radius
+    assert slipped == pytest.approx(radius * (turned[-1, 0] - turned[-1, 1]), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"events": [{"at": 0.2, "tension": 300.0}]}, "tension changes from 430 to 300"),
+        ({"events": [{"at": 0.2, "friction_coefficient": 0.5}]}, "friction_coefficient changes"),
+        ({"condition.creep_error": 0.02}, r"condition\.creep_error is 0\.02"),
+        ({"condition.ratio_bias": 1e-4}, r"condition\.ratio_bias is 0\.0001"),
+    ],
+)
+def test_what_cannot_change_in_the_simulator_is_refused(
+    changed: dict[str, object], message: str
+) -> None:
+    with pytest.raises(ScenarioError, match=message):
+        simulate_finite_elements(SETTINGS, scenario(**changed), COARSE)
+
+
+def test_progress_ends_with_the_whole_duration() -> None:
+    seen: list[tuple[float, float]] = []
+    simulate_finite_elements(
+        SETTINGS,
+        scenario(duration=0.02, speed=60.0, load=5.0),
+        COARSE,
+        progress=lambda done, all_: seen.append((done, all_)),
+    )
+    assert seen[-1] == pytest.approx((0.02, 0.02))
+    assert math.isfinite(seen[0][0])

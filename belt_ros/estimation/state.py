@@ -21,7 +21,6 @@ from belt_ros.mechanics.creep import span_tensions
 from belt_ros.mechanics.motion import (
     Condition,
     Motion,
-    condition_capacity,
     rim_speed,
     slip_of_creep,
     steady_creep,
@@ -66,6 +65,7 @@ class Reading(IntEnum):
 STATES = len(Index)
 READINGS = len(Reading)
 _LOG_LIMIT = 60.0
+_ROUNDING = 1.0 + 1e-6
 
 
 @compiled
@@ -112,11 +112,18 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
         base = math.copysign(max(abs(v2), slowest), v2)
         pull = abs(motion.pull)
         slip = (v2 - v1) / base
-        arcs, forward = steady_creep(c, motion, condition)
-        capacity = condition_capacity(c, condition, abs(v2), forward)
-        slack, tight = span_tensions(
-            c, pull, condition.tension, condition.friction, condition.stiffness, abs(v2), forward
-        )
+        arcs, forward, capacity = steady_creep(c, motion, condition)
+        slack, tight = arcs.slack, arcs.tight
+        if pull > _ROUNDING * arcs.pull:  # what the steady creep was limited to
+            slack, tight = span_tensions(
+                c,
+                pull,
+                condition.tension,
+                condition.friction,
+                condition.stiffness,
+                abs(v2),
+                forward,
+            )
         steady = slip_of_creep(arcs, forward, condition.creep_error)
         receiving, giving = arcs.receiving_transition, arcs.giving_transition
         out[i, 0] = motion.pull * c.driven_radius

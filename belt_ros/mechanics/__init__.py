@@ -5,6 +5,8 @@ DOI 10.1115/1.4003796. Nothing here knows of filters, of ROS or of a clock.
 """
 
 from belt_ros.mechanics.arc import ArcSolution, Role, solve_arc
+from belt_ros.mechanics.coulomb import coulomb_torque_from_slip, solve_coulomb
+from belt_ros.mechanics.coulomb_arc import coulomb_profile
 from belt_ros.mechanics.distribution import (
     Distribution,
     DriveDistribution,
@@ -20,6 +22,7 @@ from belt_ros.mechanics.equilibrium import (
     torque_from_slip,
 )
 from belt_ros.mechanics.slip_onset import slip_onset_stiffness
+from belt_ros.mechanics.stability import DriveModes, Modes, arc_modes, drive_modes
 
 __all__ = [
     "ArcSolution",
@@ -28,16 +31,23 @@ __all__ = [
     "Distribution",
     "DriveDistribution",
     "DriveError",
+    "DriveModes",
     "Equilibrium",
     "Kinematics",
+    "Modes",
     "Pulley",
     "Role",
     "Tensioning",
     "arc_distribution",
+    "arc_modes",
+    "coulomb_profile",
+    "coulomb_torque_from_slip",
     "drive_distribution",
+    "drive_modes",
     "margin",
     "slip_onset_stiffness",
     "solve_arc",
+    "solve_coulomb",
     "solve_equilibrium",
     "torque_capacity",
     "torque_from_slip",

@@ -38,6 +38,7 @@ _LARGEST_EXPONENT = 500.0
 _NEAREST_TO_CAPACITY = 1e-12
 _BESIDE_LIMIT = 0.1
 _PART_OF_GAP = 1e-3
+_SURELY_BELOW = 0.99
 
 
 class Creep(NamedTuple):
@@ -45,6 +46,7 @@ class Creep(NamedTuple):
 
     slip: float  # of the receiving pulley against the giving one [-]
     slope: float  # d slip / d pull [1/N]
+    pull: float  # w_H - w_L [N]
     slack: float  # T_L [N]
     tight: float  # T_H [N]
     receiving_transition: float  # transition angle [rad]
@@ -225,19 +227,25 @@ def creep(
     """
     lift = _lift(c, speed)
     if not _can_pull(c, tension, lift):
-        return Creep(math.inf, math.inf, tension, tension, 0.0, 0.0, math.nan, math.inf, -math.inf)
+        return Creep(
+            math.inf, math.inf, 0.0, tension, tension, 0.0, 0.0, math.nan, math.inf, -math.inf
+        )
     traction = _traction_at_pull(c, pull, tension, lift, mu, kf, driven_receives)
     receiving, giving = both_arcs(c, traction, mu, kf, c.axial_stiffness - lift, driven_receives)
     load = _loaded(c, traction, tension, lift, receiving, giving)
-    receiving_radius = c.driven_radius if driven_receives else c.driver_radius
-    giving_radius = c.driver_radius if driven_receives else c.driven_radius
+    receiving_radius, receiving_wrap = c.driven_radius, c.driven_wrap
+    giving_radius, giving_wrap = c.driver_radius, c.driver_wrap
+    if not driven_receives:
+        receiving_radius, giving_radius = giving_radius, receiving_radius
+        receiving_wrap, giving_wrap = giving_wrap, receiving_wrap
     return Creep(
         load.slip,
         load.slip_slope / load.pull_slope if math.isfinite(load.slip) else math.inf,
+        load.pull,
         load.slack,
         load.tight,
-        receiving.begin * receiving.unit / receiving_radius,
-        giving.begin * giving.unit / giving_radius,
+        min(receiving.begin * receiving.unit / receiving_radius, receiving_wrap),
+        min(giving.begin * giving.unit / giving_radius, giving_wrap),
         receiving.state.restick * receiving.unit / receiving_radius,
         load.receiving_gradient,
         load.giving_gradient,
@@ -314,4 +322,6 @@ def pull_at_creep(
         if step <= min(enough, _PART_OF_GAP * (limit - x)) or high - low <= 2e-16 * limit:
             break
         x = candidate
-    return pull
+    if c.tensioning == FIXED_CENTRES and x < _SURELY_BELOW * limit:
+        return pull  # the capacity costs as much as a step, and is far
+    return min(pull, pull_capacity(c, tension, mu, kf, speed, driven_receives))

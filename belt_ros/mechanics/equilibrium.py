@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.checks import as_rows, check_belt, check_load, state_arrays
 from belt_ros.mechanics.constants import DriveConstants, drive_constants
 from belt_ros.mechanics.creep import creep, pull_at_creep, pull_capacity
-from belt_ros.mechanics.drive import BeltDrive, DriveError, Tensioning
+from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]
 
@@ -85,34 +86,6 @@ def _pulls_at_slip(c: DriveConstants, rows: _Floats, mu: float, kf: float) -> _F
     return out
 
 
-def _state_arrays(*values: ArrayLike) -> list[_Floats]:
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in values))
-    if not all(np.all(np.isfinite(array)) for array in arrays):
-        raise DriveError("the state asked for contains NaN or infinity")
-    return list(arrays)
-
-
-def _rows(*arrays: _Floats) -> _Floats:
-    return np.stack(arrays, axis=-1).reshape(-1, len(arrays))
-
-
-def _check_belt(drive: BeltDrive, tension: _Floats, rim_speed: _Floats) -> None:
-    """Raise unless the belt stays on the pulleys at this speed."""
-    limit = drive.belt.critical_speed
-    if np.any(bad := ~(rim_speed < limit)):
-        raise DriveError(
-            f"belt speed {rim_speed[bad].flat[0]:g} m/s is not below the critical speed {limit:g}"
-        )
-    lift = drive.belt.mass_per_length * rim_speed**2
-    if drive.tensioning is Tensioning.CONSTANT_HUB_LOAD:
-        lift = np.zeros_like(lift)  # the shaft follows the belt that inertia lifts
-    if np.any(bad := ~(tension > lift)):
-        raise DriveError(
-            f"the belt lifts off: tension {tension[bad].flat[0]:g} N is not above "
-            f"m v^2 = {lift[bad].flat[0]:g} N"
-        )
-
-
 def _solved(
     drive: BeltDrive,
     kernel: Callable[[DriveConstants, _Floats, float, float], _Floats],
@@ -120,7 +93,7 @@ def _solved(
 ) -> _Floats:
     """Run a kernel over rows of states with the driven pulley's friction."""
     friction = drive.driven.friction_coefficient, drive.driven.friction_stiffness
-    return kernel(drive_constants(drive), _rows(*columns), *friction)
+    return kernel(drive_constants(drive), as_rows(*columns), *friction)
 
 
 def torque_capacity(
@@ -152,9 +125,9 @@ def torque_capacity(
     DriveError
         If the belt lifts off or runs above its critical speed.
     """
-    held, speed, sign = _state_arrays(tension, driver_speed, np.where(regenerating, -1.0, 1.0))
+    held, speed, sign = state_arrays(tension, driver_speed, np.where(regenerating, -1.0, 1.0))
     rim_speed = np.abs(speed) * drive.driver.radius
-    _check_belt(drive, held, rim_speed)
+    check_belt(drive, held, rim_speed)
     pull = _solved(drive, _capacities, sign, held, rim_speed)
     return np.asarray(pull.reshape(held.shape) * drive.driven.radius)
 
@@ -196,15 +169,15 @@ def solve_equilibrium(
     DriveError
         Beyond the capacity, or where the belt lifts off or runs above its critical speed.
     """
-    moment, held, speed = _state_arrays(torque, tension, driver_speed)
+    moment, held, speed = state_arrays(torque, tension, driver_speed)
     rim_speed = np.abs(speed) * drive.driver.radius
-    _check_belt(drive, held, rim_speed)
+    check_belt(drive, held, rim_speed)
     along = np.where(speed < 0.0, -1.0, 1.0) * moment / drive.driven.radius
     solved = _solved(drive, _steady_states, along, held, rim_speed)
     columns = (column.reshape(moment.shape) for column in solved.T)
     theta1, theta2, restick1, restick2, u1, u2, slack, tight, pull_limit, slip = columns
     limit = pull_limit * drive.driven.radius
-    _check_load(moment, limit, slip)
+    check_load(moment, limit, slip)
     return Equilibrium(
         slip=slip,
         driven_speed=speed * drive.driver.radius / drive.driven.radius * (1.0 - slip),
@@ -221,19 +194,6 @@ def solve_equilibrium(
         torque_capacity=limit,
         margin=1.0 - np.abs(moment) / limit,
     )
-
-
-def _check_load(moment: _Floats, limit: _Floats, slip: _Floats) -> None:
-    """Raise unless there is a steady state at every torque."""
-    if np.any(bad := ~(np.abs(moment) < limit)):
-        raise DriveError(
-            f"torque {moment[bad].flat[0]:g} N m is not within the capacity of "
-            f"{limit[bad].flat[0]:g} N m: gross slip"
-        )
-    if np.any(bad := ~np.isfinite(slip)):
-        raise DriveError(
-            f"torque {moment[bad].flat[0]:g} N m needs a slip beyond 100 %: no steady state"
-        )
 
 
 def torque_from_slip(
@@ -254,9 +214,9 @@ def torque_from_slip(
     DriveError
         Where the belt lifts off or runs above its critical speed, or for a value not finite.
     """
-    ratio, held, speed = _state_arrays(slip, tension, driver_speed)
+    ratio, held, speed = state_arrays(slip, tension, driver_speed)
     rim_speed = np.abs(speed) * drive.driver.radius
-    _check_belt(drive, held, rim_speed)
+    check_belt(drive, held, rim_speed)
     pull = _solved(drive, _pulls_at_slip, ratio, held, rim_speed).reshape(ratio.shape)
     turning = np.where(speed < 0.0, -1.0, 1.0)
     return np.asarray(turning * pull * drive.driven.radius)

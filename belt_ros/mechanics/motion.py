@@ -65,10 +65,12 @@ def condition_capacity(
 
 
 @compiled
-def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tuple[Creep, bool]:
-    """Creep that belongs to the present pull, and whether the driven pulley receives the power.
+def steady_creep(
+    c: DriveConstants, state: Motion, condition: Condition
+) -> tuple[Creep, bool, float]:
+    """Creep that belongs to the present pull, whether the driven pulley receives, and the capacity.
 
-    Above 98 % of the capacity it is that of 98 %: sliding beyond that is failure, not creep.
+    Above 98 % of the capacity [N] it is that of 98 %: sliding beyond that is failure, not creep.
     """
     v2, v1 = rim_speed(c, state, condition)
     turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
@@ -83,7 +85,7 @@ def steady_creep(c: DriveConstants, state: Motion, condition: Condition) -> tupl
         abs(v2),
         along >= 0.0,
     )
-    return steady, along >= 0.0
+    return steady, along >= 0.0, capacity
 
 
 @compiled
@@ -96,7 +98,7 @@ def slip_of_creep(steady: Creep, driven_receives: bool, creep_error: float) -> f
 @compiled
 def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> float:
     """Steady slip 1 - v1/v2 [-] that belongs to the present pull, see `steady_creep`."""
-    steady, driven_receives = steady_creep(c, state, condition)
+    steady, driven_receives, _ = steady_creep(c, state, condition)
     return slip_of_creep(steady, driven_receives, condition.creep_error)
 
 
@@ -122,9 +124,9 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
     along = turning * unloaded
     stiff = 1.0 + gain * dt * inertia
     relaxation = gain * fastest * max(1.0 + condition.creep_error, 0.0)
-    limit = _BELOW_CAPACITY * condition_capacity(c, condition, abs(v2), along >= 0.0)
     if relaxation <= 1e-12:
-        pull = min(abs(along) / stiff, limit)
+        capacity = condition_capacity(c, condition, abs(v2), along >= 0.0)
+        pull = min(abs(along) / stiff, _BELOW_CAPACITY * capacity)
     else:
         pull = pull_at_creep(
             c,
@@ -137,7 +139,6 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
             abs(v2),
             along >= 0.0,
         )
-        pull = min(pull, limit)
     signed = turning * (pull if along >= 0.0 else -pull)
     return Motion(
         state.driver_speed

@@ -4,10 +4,10 @@ PYTHON ?= python3
 VENV := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench clean distclean
+.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage clean distclean
 
 help:  ## list these targets
-	@awk -F ':.*## +' '/^[a-z]+:.*##/ { printf "  make %-11s%s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-16s%s\n", $$1, $$2 }' Makefile
 
 setup:  ## make .venv: ROS 2, belt_ros, its messages, its tools
 	@command -v $(PYTHON) >/dev/null || { \
@@ -27,7 +27,15 @@ lint: setup  ## check style, types and the direction of imports
 	@$(VENV)/mypy
 	@$(VENV)/lint-imports --no-logo
 
-bench: setup  ## measure speed
+figures: setup  ## draw the paper's figures and tables into docs/figures
+	@$(VENV)/belt figures --out docs/figures
+
+bench: bench-mechanics bench-coverage  ## run all benchmarks
+
+bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_ARGS=--exudyn
+	@$(VENV)/python -m benchmarks.mechanics $(BENCH_ARGS)
+
+bench-coverage: setup  ## measure whether stated intervals hold the truth
 	@$(VENV)/python -m benchmarks $(BENCH_ARGS)
 
 clean:  ## remove what building and testing leave

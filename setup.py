@@ -76,6 +76,7 @@ setup(
             "ruff",
             "types-PyYAML",
         ],
+        "exudyn": ["exudyn==1.13.*"],  # a peer for benchmarks/mechanics
     },
     entry_points={
         "console_scripts": [

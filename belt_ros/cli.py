@@ -283,10 +283,13 @@ def figures(
     ] = None,
 ) -> None:
     """Draw the figures and tables of Kim, Leamy and Ferri (2011) with this code."""
-    with _errors_in_one_line(), _progress_bar("drawing", quiet=False) as progress:
-        from belt_ros.figures import draw_all
+    from belt_ros.figures import FigureError, draw_all
 
-        places = draw_all(out, only, progress)
+    with _errors_in_one_line(), _progress_bar("drawing", quiet=False) as progress:
+        try:
+            places = draw_all(out, only, progress)
+        except FigureError as error:
+            raise typer.BadParameter(str(error), param_hint="--only") from error
     for place in places:
         typer.echo(place)
 

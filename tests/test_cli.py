@@ -242,3 +242,19 @@ def test_finite_elements_are_not_played_live(tmp_path):
     result = belt("rig", "--config", CONFIG, "--scenario", scenario, "--finite-elements")
     assert result.exit_code == 2
     assert "give --bag" in result.stderr
+
+
+def test_figures_are_drawn_one_by_one_and_named(tmp_path):
+    result = belt("figures", "--out", tmp_path / "figures", "--only", "10", "--only", "table1")
+    assert result.exit_code == 0, result.output
+    for line in result.stdout.split():
+        assert Path(line).stat().st_size > 100
+    assert {Path(line).suffix for line in result.stdout.split()} == {".png", ".md"}
+
+
+def test_an_unknown_figure_is_refused_with_the_names_there_are(tmp_path):
+    result = belt("figures", "--out", tmp_path / "figures", "--only", "99")
+    assert result.exit_code == 2
+    assert "99" in result.stderr
+    assert "table2" in result.stderr
+    assert not (tmp_path / "figures").exists()

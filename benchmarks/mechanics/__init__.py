@@ -1,0 +1,1 @@
+"""Speed of the mechanics, as ratios within one run."""

@@ -122,7 +122,7 @@ def _refined(
             rate = (error - error_before) / (slack - before)
         before, error_before = slack, error
         slack = max(slack - error / rate, 0.5 * slack)
-        if abs(slack - before) <= 1e-7 * slack:  # the error is nearly the square of this
+        if abs(slack - before) <= 1e-9 * slack:  # the error is nearly the square of this
             break
     return slack
 

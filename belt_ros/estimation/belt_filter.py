@@ -41,7 +41,7 @@ _CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
 _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load must have jumped
 _LOAD_MEMORY = 0.3  # [s]
-_LEAST_ACTIVITY = 0.01
+_LEAST_ACTIVITY = 0.001
 _SECONDS = 1e-9
 
 

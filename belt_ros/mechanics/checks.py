@@ -9,8 +9,13 @@ _Floats = NDArray[np.float64]
 
 
 def state_arrays(*values: ArrayLike) -> list[_Floats]:
-    """Broadcast to arrays of one shape; raise `DriveError` unless all are finite."""
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in values))
+    """Broadcast to arrays of one shape; raise `DriveError` unless that works and all are finite."""
+    given = [np.asarray(value, dtype=np.float64) for value in values]
+    try:
+        arrays = np.broadcast_arrays(*given)
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in given)
+        raise DriveError(f"arrays of shapes {shapes} do not broadcast to one shape") from None
     if not all(np.all(np.isfinite(array)) for array in arrays):
         raise DriveError("the state asked for contains NaN or infinity")
     return list(arrays)
@@ -26,7 +31,8 @@ def check_belt(drive: BeltDrive, tension: _Floats, rim_speed: _Floats) -> None:
     limit = drive.belt.critical_speed
     if np.any(bad := ~(rim_speed < limit)):
         raise DriveError(
-            f"belt speed {rim_speed[bad].flat[0]:g} m/s is not below the critical speed {limit:g}"
+            f"belt speed {rim_speed[bad].flat[0]:g} m/s is not below the critical speed "
+            f"{limit:g} m/s"
         )
     lift = drive.belt.mass_per_length * rim_speed**2
     if drive.tensioning is Tensioning.CONSTANT_HUB_LOAD:

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from numbers import Real
 
 
 class DriveError(ValueError):
@@ -30,10 +31,13 @@ class Tensioning(Enum):
     FIXED_CENTRES = "fixed_centres"  # the belt's length: shafts bolted down
 
 
-def require_positive(value: float, name: str, unit: str = "") -> None:
+def require_positive(value: object, name: str, unit: str = "") -> None:
     """Raise `DriveError` unless `value` is a finite positive number."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise DriveError(f"{name} is {value:g} {unit}".rstrip() + "; it must be finite and > 0")
+    if not isinstance(value, Real):
+        raise DriveError(f"{name} is {value!r}; it must be a number")
+    number = float(value)
+    if not (math.isfinite(number) and number > 0.0):
+        raise DriveError(f"{name} is {number:g} {unit}".rstrip() + "; it must be finite and > 0")
 
 
 @dataclass(frozen=True)

@@ -137,9 +137,10 @@ def margin(
 ) -> _Floats:
     """Torque reserve 1 - |M| / M_max [-] under the tensioning at hand; negative beyond capacity.
 
-    Parameters and errors as `torque_capacity`; `torque` [N m] acts on the driven pulley.
+    It counts torque up to gross slip, also where slip has become useless before. Parameters and
+    errors as `torque_capacity`; `torque` [N m] acts on the driven pulley.
     """
-    moment = np.asarray(torque, dtype=np.float64)
+    (moment,) = state_arrays(torque)
     regenerating = moment * np.where(np.less(driver_speed, 0.0), -1.0, 1.0) < 0.0
     limit = torque_capacity(drive, tension, driver_speed, regenerating)
     return np.asarray(1.0 - np.abs(moment) / limit)
@@ -167,7 +168,10 @@ def solve_equilibrium(
     Raises
     ------
     DriveError
-        Beyond the capacity, or where the belt lifts off or runs above its critical speed.
+        Beyond the capacity, where the belt lifts off or runs above its critical speed, or where a
+        load that drives would have to push the belt back (u'(0) > 1: near the capacity of a very
+        compliant contact). Where the driver drives, slip above 1 then means a driven pulley that
+        turns backwards.
     """
     moment, held, speed = state_arrays(torque, tension, driver_speed)
     rim_speed = np.abs(speed) * drive.driver.radius

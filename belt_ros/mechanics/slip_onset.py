@@ -15,7 +15,8 @@ from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.arc import checked_arcs
 
 _STEPS = 200
-_LEAST_WRAP, _GREATEST_WRAP = 1e-6, 1e8  # stretch lengths; beyond either the limit is reached
+_SOFTEST = 1e-6  # stretch lengths on the arc, below which nothing changes any more
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
 @compiled
@@ -32,24 +33,50 @@ def elastic_traction(growth: float, wrap: float, role: int) -> float:
 
 
 @compiled
+def _most_elastic_wrap(limit: float) -> float:
+    """X at which a driven arc of traction limit `limit` > 1 carries most without sliding.
+
+    Golden section in ln X; the elastic traction has one maximum there.
+    """
+    low, high = math.log(_SOFTEST), math.log(limit)
+    inner, outer = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+    for _ in range(_STEPS):
+        at_inner = elastic_traction(limit / math.exp(inner), math.exp(inner), 1)
+        if at_inner < elastic_traction(limit / math.exp(outer), math.exp(outer), 1):
+            low = inner
+        else:
+            high = outer
+        inner, outer = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+        if high - low <= 1e-9:
+            break
+    return math.exp(0.5 * (low + high))
+
+
+@compiled
+def _wrap_at_onset(role: int, limit: float, traction: float) -> float:
+    """X above which an arc slides; 0 where it slides at any."""
+    low = _most_elastic_wrap(limit) if role > 0 and limit > 1.0 else _SOFTEST
+    if elastic_traction(limit / low, low, role) <= traction:
+        return 0.0
+    high = max(2.0 * limit / abs(math.expm1(-role * traction)), 2.0 * low)
+    for _ in range(_STEPS):
+        middle = math.sqrt(low * high)
+        if elastic_traction(limit / middle, middle, role) > traction:
+            low = middle
+        else:
+            high = middle
+        if high - low <= 4e-16 * high:
+            break
+    return math.sqrt(low * high)
+
+
+@compiled
 def _wraps_at_onset(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows (role, mu phi, traction) to X at which sliding begins; 0 where it slides at any."""
+    """Rows (role, mu phi, traction) to X at the onset of sliding."""
     out = np.zeros(rows.shape[0])
     for i in range(rows.shape[0]):
-        role = 1 if rows[i, 0] > 0.0 else -1
-        limit, traction = rows[i, 1], rows[i, 2]
-        low, high = _LEAST_WRAP, _GREATEST_WRAP
-        if elastic_traction(limit / low, low, role) <= traction:
-            continue
-        for _ in range(_STEPS):
-            middle = math.sqrt(low * high)
-            if elastic_traction(limit / middle, middle, role) > traction:
-                low = middle
-            else:
-                high = middle
-            if high - low <= 4e-16 * high:
-                break
-        out[i] = math.sqrt(low * high)
+        if rows[i, 2] > 0.0:
+            out[i] = _wrap_at_onset(1 if rows[i, 0] > 0.0 else -1, rows[i, 1], rows[i, 2])
     return out
 
 
@@ -72,7 +99,9 @@ def slip_onset_stiffness(
     -------
     ndarray
         The paper's kf_min; 0 where the belt slides however soft the contact is, inf where the
-        tensions are equal.
+        tensions are equal. A driven arc with mu phi > 1 can slide at much softer contacts again,
+        where the Coulomb limit is met inside the arc; this is the upper end of the range in which
+        it does not.
 
     Raises
     ------

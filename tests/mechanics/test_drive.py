@@ -4,6 +4,7 @@ import math
 from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
@@ -92,3 +93,13 @@ def test_pulleys_of_an_open_belt_must_not_overlap() -> None:
 def test_shorter_spans_are_left_to_belts_that_idlers_or_a_crossing_guide() -> None:
     pulley = Pulley(0.1, 3.9, 0.5, 1e7)
     assert BeltDrive(Belt(1e4), pulley, pulley, span_length=0.05).span_length == 0.05
+
+
+@pytest.mark.parametrize("value", [None, "80068", [1e4]])
+def test_a_size_that_is_no_number_is_refused_by_name(value: object) -> None:
+    with pytest.raises(DriveError, match=r"axial stiffness EA is .*must be a number"):
+        Belt(value)
+
+
+def test_whole_numbers_and_numpys_own_are_numbers() -> None:
+    assert BeltDrive(Belt(80000), Pulley(1, 3, 1, 10**7), Pulley(np.float64(1.0), 3, 1, 10**7))

@@ -607,3 +607,14 @@ def test_a_load_that_must_push_the_belt_back_has_no_steady_state() -> None:
     assert float(solve_equilibrium(drive, 0.9999 * capacity, 100.0, 50.0).slip) > 1.0
     with pytest.raises(DriveError, match="needs a slip beyond 100 %: no steady state"):
         solve_equilibrium(drive, -0.9999 * capacity, 100.0, 50.0)
+
+
+def test_shapes_that_do_not_fit_are_refused_with_both() -> None:
+    with pytest.raises(DriveError, match=r"shapes \(2,\), \(3,\), \(\) do not broadcast"):
+        solve_equilibrium(paper_drive(8.1e7), [1.0, 2.0], [400.0, 410.0, 420.0], 100.0)
+
+
+@pytest.mark.parametrize("torque", [math.nan, math.inf])
+def test_margin_of_a_torque_that_is_not_finite_is_refused(torque: float) -> None:
+    with pytest.raises(DriveError, match="NaN or infinity"):
+        margin(paper_drive(8.1e7), torque, 435.0)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from belt_ros.mechanics import Role, slip_onset_stiffness, solve_arc
@@ -29,7 +29,11 @@ def test_an_arc_creeps_below_the_onset_and_slides_above_it(
 ) -> None:
     outlet = 200.0 * math.exp(role * load * friction * wrap)
     onset = float(slip_onset_stiffness(role, 0.1, wrap, friction, EA, 0.0, 0.0, 200.0, outlet))
-    assume(onset > 0.0)
+    if onset == 0.0:
+        softness = np.geomspace(1e-6, 1e16, 300)
+        state = (EA, 0.0, 0.0, 200.0, outlet)
+        assert not np.any(solve_arc(role, 0.1, wrap, friction, softness, *state).elastic_only)
+        return
     below, above = solve_arc(
         role, 0.1, wrap, friction, onset * np.array([0.999, 1.001]), EA, 0.0, 0.0, 200.0, outlet
     ).elastic_only
@@ -55,3 +59,25 @@ def test_near_capacity_no_contact_is_soft_enough_not_to_slide() -> None:
 
 def test_without_a_change_of_tension_nothing_slides() -> None:
     assert slip_onset_stiffness(1, 0.1, 3.0, 0.5, EA, 0.0, 0.0, 200.0, 200.0) == math.inf
+
+
+def test_a_soft_contact_can_slide_where_a_stiffer_one_does_not() -> None:
+    # a > 1: the limit is met inside the arc. There are two boundaries; kf_min is the upper one.
+    outlet = 150.0 * math.exp(2.75)
+    onset = float(
+        slip_onset_stiffness(Role.DRIVEN, 0.08125, math.pi, 1.2, EA, 0.0, 0.0, 150.0, outlet)
+    )
+    kf = np.array([1e5, 1e6, 0.999 * onset, 1.001 * onset])
+    arc = solve_arc(Role.DRIVEN, 0.08125, math.pi, 1.2, kf, EA, 0.0, 0.0, 150.0, outlet)
+    np.testing.assert_array_equal(arc.elastic_only, [False, True, True, False])
+
+
+@pytest.mark.parametrize("role", list(Role))
+@pytest.mark.parametrize("traction", [1e-9, 1e-6])
+def test_small_loads_begin_to_slide_at_stiffness_that_grows_with_their_inverse_square(
+    role: Role, traction: float
+) -> None:
+    outlet = 200.0 * (1.0 + role * traction)
+    onset = slip_onset_stiffness(role, 0.1, 3.0, 0.5, EA, 0.0, 0.0, 200.0, outlet)
+    stretch = 0.5 / (0.1 * traction)  # 1/lambda where mu/(R lambda) = traction
+    assert float(onset) == pytest.approx(EA * stretch**2, rel=1e-5)

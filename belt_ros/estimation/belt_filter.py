@@ -14,10 +14,10 @@ from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
 from belt_ros.estimation.bank import UnscentedBank
 from belt_ros.estimation.gaussian_sum import (
     Component,
-    grid,
     mixture_moments,
     normalised,
     reduced,
+    split,
 )
 from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
@@ -33,8 +33,10 @@ _SENSED = np.array(
 )
 _BELT = slice(Index.LOG_TENSION, STATES)
 _AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
-_NODES = (9, 5)
-_WIDTHS = (0.45, 0.6)  # of a member, in prior standard deviations
+_WIDTHS = (0.45, 0.6)  # of a member to begin with, in prior standard deviations
+_WORTH_SPLITTING = 1.1  # how much wider a member must be
+_SPLIT_ABOVE = 1e-3  # weight of the heaviest
+_MOST_MEMBERS = 96
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
 _CHANGE_END_RATE = 0.5  # at which a change of tension ends [1/s]
@@ -91,11 +93,39 @@ class BeltFilter:
         """Number of Gaussians alive."""
         return len(self._bank)
 
-    def start(self, measurement: Measurement) -> None:
-        """Begin at the prior, at the speeds and torques of `measurement`."""
-        self._begin_motion(
-            measurement, grid(self._prior_mean, self.prior_stddev, _AXES, _NODES, _WIDTHS)
-        )
+    @property
+    def prior_mean(self) -> _Floats:
+        """State (11,) before the first measurement."""
+        return self._prior_mean
+
+    def start(self, measurement: Measurement, belief: list[Component] | None = None) -> None:
+        """Begin at the speeds and torques of `measurement`.
+
+        What the belt is begins as `belief` has it, a Gaussian sum over the state, or at the prior.
+        """
+        whole = Component(0.0, self._prior_mean.copy(), np.diag(self.prior_stddev**2))
+        self._begin_motion(measurement, self._narrowed(belief or [whole]))
+
+    def adopt_belief(self, belief: list[Component]) -> None:
+        """Go on from another belief over the state, such as after maintenance."""
+        self._adopt(self._narrowed(belief))
+        self._summarise()
+
+    def _narrowed(self, components: list[Component]) -> list[Component]:
+        """Split members that are too wide for the model to be nearly straight within them."""
+        for axis, width in zip(_AXES, _WIDTHS, strict=True):
+            narrow = width * float(self.prior_stddev[axis])
+            best = max(component.log_weight for component in components)
+            parts: list[Component] = []
+            for component in sorted(components, key=lambda c: -c.log_weight):
+                ratio = narrow / math.sqrt(component.covariance[axis, axis])
+                light = component.log_weight < best + math.log(_SPLIT_ABOVE)
+                if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > _MOST_MEMBERS:
+                    parts.append(component)
+                else:
+                    parts += split(component, axis, ratio)
+            components = parts
+        return components
 
     def resume(self, measurement: Measurement) -> None:
         """Restart the motion at `measurement`, keeping what is known of the belt, aged by the gap.
@@ -106,7 +136,7 @@ class BeltFilter:
         gap = max(measurement.stamp_ns - self.stamp_ns, 0) * _SECONDS
         settled, changing = self._processes(gap, (1.0, self.prior_stddev[Index.UNDEVELOPED]))
         self._bank.fade((settled, changing), self._changing)
-        components = self._components()
+        components = self.belief()
         for component in components:
             mean, covariance = self._prior_mean.copy(), np.diag(self.prior_stddev**2)
             mean[_BELT] = component.mean[_BELT]
@@ -239,7 +269,7 @@ class BeltFilter:
         A member in which the tension is changing gives every loss of traction a hypothesis to be
         explained by, before slower quantities are bent to explain it.
         """
-        components = reduced(self._components(), _AXES)
+        components = reduced(self.belief(), _AXES)
         best = max(components, key=lambda component: component.log_weight)
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:
@@ -253,7 +283,8 @@ class BeltFilter:
             self._since_branch = 0.0
         self._adopt(components)
 
-    def _components(self) -> list[Component]:
+    def belief(self) -> list[Component]:
+        """Return what is known, as a Gaussian sum over the state."""
         return [
             Component(float(log_weight), x, covariance, bool(changing))
             for log_weight, x, covariance, changing in zip(

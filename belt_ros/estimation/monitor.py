@@ -8,6 +8,8 @@ monitor then starts anew (a looping bag), forwards it resumes with what it knows
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
@@ -19,7 +21,10 @@ from belt_ros.estimation.estimate import (
     Quantity,
     lognormal_quantity,
 )
+from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.maintenance import Maintenance, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
+from belt_ros.estimation.memory import Learned, learned_from, restore
 from belt_ros.estimation.state import Index, Reading
 from belt_ros.mechanics.drive import BeltDrive
 
@@ -64,6 +69,8 @@ class BeltMonitor:
         self.limits = limits or SensorLimits()
         self.alarm = SlipAlarm(name, alarm or AlarmSettings())
         self._filter = BeltFilter(drive, prior or Prior(), noise or SensorNoise(), drift or Drift())
+        self._drive = drive
+        self._belief: list[Component] | None = None  # to start from
         self._driver_radius = drive.driver.radius
         self._driven_radius = drive.driven.radius
         self._resets = 0
@@ -101,6 +108,7 @@ class BeltMonitor:
 
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
+        self._belief = None
         self._resets += 1
         self._begin()
         self.alarm.reset()
@@ -113,6 +121,41 @@ class BeltMonitor:
         self._filter.drift = drift
         self.limits = limits
         self.alarm.settings = alarm
+
+    def learned(self, date: float) -> Learned | None:
+        """Return what has been learned of the belt, None before the first estimate.
+
+        `date` is that of the last measurement [s], since the Unix epoch, by the caller's clock.
+        """
+        if self._estimate is None:
+            return None
+        return learned_from(self._filter.belief(), self.name, self._drive, date)
+
+    def restore(self, learned: Learned, elapsed: float) -> str:
+        """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
+
+        Raises
+        ------
+        MemoryRefusedError
+            If it is of another drive.
+        """
+        f = self._filter
+        restored = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
+        self._belief = restored.components
+        if self._estimate is not None:
+            f.adopt_belief(restored.components)
+        return restored.note
+
+    def maintain(self, maintenance: Maintenance) -> str:
+        """Take in what was done to the belt; return a sentence for the log."""
+        f = self._filter
+        known = self._belief if self._estimate is None else f.belief()
+        prior = Component(0.0, f.prior_mean.copy(), np.diag(f.prior_stddev**2))
+        done = maintained(known or [prior], maintenance, f.prior_mean, f.prior_stddev)
+        self._belief = done.components
+        if self._estimate is not None:
+            f.adopt_belief(done.components)
+        return done.message
 
     def acknowledge(self) -> AlarmStatus | None:
         """Release the alarm's latch; return its status, None before the first estimate."""
@@ -130,7 +173,7 @@ class BeltMonitor:
         if reason is not Rejection.NONE:
             return self.reject(reason)
         if self._estimate is None:
-            self._filter.start(measurement)
+            self._filter.start(measurement, self._belief)
         else:
             reason = self._advance(measurement)
             if reason is not Rejection.NONE:

@@ -1,0 +1,137 @@
+"""What was learned outlives the run, and what was done to the belt is taken in."""
+
+import dataclasses
+import math
+
+import pytest
+from runs import Run, Runner, within
+
+from belt_ros.estimation import BeltMonitor
+from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind
+from belt_ros.estimation.memory import Learned, MemoryRefusedError
+from belt_ros.settings import DriveSettings
+
+pytestmark = pytest.mark.xdist_group("monitor_memory")
+DATE = 1.7e9
+DAY = 86400.0
+DRIVE = {"condition__tension": 440.0, "condition__friction_stiffness": 6e6, "sample_rate": 100.0}
+SHORT = {"duration": 0.5, "speed": 100.0, "load": 10.0, "seed": 9, **DRIVE}
+
+
+@pytest.fixture(scope="module")
+def taught(run: Runner, settings: DriveSettings) -> tuple[BeltMonitor, Run]:
+    monitor = settings.monitor()
+    played = run(
+        monitor=monitor,
+        duration=6.0,
+        seed=4,
+        speed=[[0.0, 0.0], [1.0, 120.0]],
+        load=[[1.5, 0.0], [1.7, 30.0], [3.5, 30.0], [3.7, 58.0]],
+        **DRIVE,
+    )
+    return monitor, played
+
+
+@pytest.fixture(scope="module")
+def learned(taught: tuple[BeltMonitor, Run]) -> Learned:
+    known = taught[0].learned(DATE)
+    assert known is not None
+    return known
+
+
+def test_there_is_nothing_learned_before_the_first_measurement(settings: DriveSettings) -> None:
+    assert settings.monitor().learned(DATE) is None
+
+
+def test_a_run_begins_with_what_the_last_one_learned(
+    run: Runner, settings: DriveSettings, taught: tuple[BeltMonitor, Run], learned: Learned
+) -> None:
+    monitor = settings.monitor()
+    assert monitor.restore(learned, DAY) == ""
+    estimate, truth = run(monitor=monitor, **SHORT).at(0.4)
+    before = taught[1].outputs[-1].estimate
+    assert before is not None
+    ignorant, _ = run(**SHORT).at(0.4)
+    assert estimate.friction_stiffness_log_stddev < 0.3 * ignorant.friction_stiffness_log_stddev
+    assert estimate.mean_tension.stddev < 0.8 * ignorant.mean_tension.stddev
+    assert estimate.mean_tension.value == pytest.approx(before.mean_tension.value, rel=0.1)
+    assert within(estimate.mean_tension, truth.mean_tension, 3.0)
+
+
+def test_a_reset_goes_back_to_the_priors_and_not_to_the_memory(
+    run: Runner, settings: DriveSettings, learned: Learned
+) -> None:
+    monitor = settings.monitor()
+    monitor.restore(learned, 0.0)
+    monitor.reset()
+    estimate, _ = run(monitor=monitor, **SHORT).at(0.4)
+    ignorant, _ = run(**SHORT).at(0.4)
+    assert estimate.friction_stiffness == ignorant.friction_stiffness
+
+
+def test_the_memory_of_another_drive_is_refused_and_nothing_changes(
+    run: Runner, settings: DriveSettings, learned: Learned
+) -> None:
+    wider = dataclasses.replace(settings.drive.driven, radius=0.09)
+    drive = dataclasses.replace(settings.drive, driven=wider)
+    other = dataclasses.replace(settings, drive=drive)
+    monitor = other.monitor()
+    with pytest.raises(MemoryRefusedError, match="another drive"):
+        monitor.restore(learned, 0.0)
+    estimate, _ = run(drive=other, monitor=monitor, **SHORT).at(0.4)
+    assert estimate == run(drive=other, **SHORT).at(0.4)[0]
+
+
+def test_a_clock_set_back_is_said(settings: DriveSettings, learned: Learned) -> None:
+    assert "clock was set back" in settings.monitor().restore(learned, -DAY)
+
+
+@pytest.mark.parametrize("running", [False, True])
+def test_a_new_tension_is_known_at_once_and_kf_is_kept(
+    run: Runner, settings: DriveSettings, learned: Learned, *, running: bool
+) -> None:
+    monitor = settings.monitor()
+    monitor.restore(learned, 0.0)
+    if running:
+        run(monitor=monitor, **SHORT)
+    message = monitor.maintain(Maintenance(MaintenanceKind.RETENSIONED, 520.0, 10.0))
+    assert "520" in message
+    known = monitor.learned(DATE)
+    if running:
+        assert known is not None
+        mean = float(known.weights @ known.means[:, 0])
+        assert math.exp(mean) == pytest.approx(520.0, rel=0.01)
+    after = {**SHORT, "condition__tension": 520.0}
+    moved = settings.monitor() if running else monitor
+    if running:
+        assert known is not None
+        moved.restore(known, 0.0)
+    estimate, truth = run(monitor=moved, **after).at(0.4)
+    assert within(estimate.mean_tension, truth.mean_tension, 3.0)
+    assert estimate.mean_tension.stddev < 15.0
+    assert estimate.friction_stiffness_log_stddev < 0.2
+
+
+def test_a_measured_tension_settles_what_the_data_leave_open(
+    run: Runner, settings: DriveSettings
+) -> None:
+    monitor = settings.monitor()
+    monitor.maintain(Maintenance(MaintenanceKind.TENSION_MEASURED, 445.0, 9.0))
+    estimate, truth = run(monitor=monitor, **SHORT).at(0.4)
+    ignorant, _ = run(**SHORT).at(0.4)
+    assert estimate.mean_tension.stddev < 0.2 * ignorant.mean_tension.stddev
+    assert within(estimate.mean_tension, truth.mean_tension, 3.0)
+
+
+def test_a_new_belt_makes_kf_unknown_again(
+    run: Runner, settings: DriveSettings, learned: Learned
+) -> None:
+    monitor = settings.monitor()
+    monitor.restore(learned, 0.0)
+    monitor.maintain(Maintenance(MaintenanceKind.BELT_REPLACED))
+    ignorant = settings.monitor()
+    ours, theirs = (run(monitor=one, **SHORT).at(0.4)[0] for one in (monitor, ignorant))
+    assert ours.friction_stiffness_log_stddev == pytest.approx(
+        theirs.friction_stiffness_log_stddev, rel=0.1
+    )
+    assert ours.mean_tension.stddev == pytest.approx(theirs.mean_tension.stddev, rel=0.1)

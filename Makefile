@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage clean distclean
+.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation clean distclean
 
 help:  ## list these targets
 	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-16s%s\n", $$1, $$2 }' Makefile
@@ -30,13 +30,18 @@ lint: setup  ## check style, types and the direction of imports
 figures: setup  ## draw the paper's figures and tables into docs/figures
 	@$(VENV)/belt figures --out docs/figures
 
-bench: bench-mechanics bench-coverage  ## run all benchmarks
+bench: bench-mechanics bench-coverage bench-estimation  ## run all benchmarks
 
 bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_ARGS=--exudyn
 	@$(VENV)/python -m benchmarks.mechanics $(BENCH_ARGS)
 
 bench-coverage: setup  ## measure whether stated intervals hold the truth
 	@$(VENV)/python -m benchmarks $(BENCH_ARGS)
+
+bench-estimation: setup  ## grid of kf and load, finite element plants, other estimators; resumable
+	@$(VENV)/python -m benchmarks.estimation grid $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.estimation elements $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.estimation peers $(BENCH_ARGS)
 
 clean:  ## remove what building and testing leave
 	@rm -rf build install log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -9,18 +9,39 @@ from filterpy.kalman import UnscentedKalmanFilter
 from numpy.typing import NDArray
 
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read
-from belt_ros.estimation.unscented import GradedSigmaPoints, moments, sigma_points, take_in
+from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read, step_direction
+from belt_ros.estimation.unscented import (
+    GradedSigmaPoints,
+    mean_and_deviation,
+    moments,
+    sigma_points,
+    sigma_points_along,
+    take_in,
+)
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
-# The model bends in ln kf, ln tension and ln mu, in that order.
-_BENT = {Index.LOG_STIFFNESS: 3.0, Index.LOG_TENSION: 4.0, Index.LOG_FRICTION: 8.0}
-POINTS = GradedSigmaPoints(
-    [*_BENT, *(index for index in Index if index not in _BENT)], list(_BENT.values())
-)
+# The model bends in ln kf, ln tension, ln mu and the pull, in that order. Beside the creep's error
+# the other states matter to a step only by the pull that it leads to, see `step_direction`.
+_PULL = int(Index.PULL)
+_BENT = {
+    Index.LOG_STIFFNESS: 3.0,
+    Index.LOG_TENSION: 4.0,
+    Index.LOG_FRICTION: 8.0,
+    Index.PULL: 8.0,
+}
+_ORDER = [*_BENT, Index.CREEP_ERROR]
+_ORDER += [index for index in Index if index not in _ORDER]
+POINTS = GradedSigmaPoints(_ORDER, list(_BENT.values()))
+
+
+def motion_points(constants: DriveConstants, dt: float) -> GradedSigmaPoints:
+    """Return the points of a step of `dt` [s]: `POINTS`, the pull's being that after the step."""
+    return GradedSigmaPoints(
+        _ORDER, list(_BENT.values()), _PULL, lambda x: step_direction(constants, x, dt)
+    )
 
 
 @compiled
@@ -28,29 +49,31 @@ def _predict_members(
     c: DriveConstants,
     x: _Floats,
     covariance: _Floats,
-    memory: _Floats,
-    faded: _Floats,
-    added: _Floats,
+    processes: tuple[Process, Process],
+    mode: _Places,
     anchor: _Floats,
     order: _Places,
     spread: _Floats,
     weights: _Floats,
     dt: float,
 ) -> tuple[_Floats, _Floats]:
-    """Fade and move each member; `memory`, `faded`, `added` have a row for each."""
+    """Fade and move each member by the process of its mode."""
     members, n = x.shape
     x_out = np.empty((members, n))
     p_out = np.empty((members, n, n))
     mean = np.empty(n)
     p = np.empty((n, n))
     for k in range(members):
+        process = processes[mode[k]]
+        memory = process.memory
         for i in range(n):
-            mean[i] = anchor[i] + memory[k, i] * (x[k, i] - anchor[i])
+            mean[i] = anchor[i] + memory[i] * (x[k, i] - anchor[i])
             for j in range(n):
-                p[i, j] = covariance[k, i, j] * memory[k, i] * memory[k, j]
-            p[i, i] += faded[k, i]
-        moved = propagate(c, sigma_points(mean, p, order, spread), dt)
-        x_out[k], p_out[k] = moments(moved, weights, added[k])
+                p[i, j] = covariance[k, i, j] * memory[i] * memory[j]
+            p[i, i] += process.belt_variance[i]
+        along = step_direction(c, mean, dt)
+        moved = propagate(c, sigma_points_along(mean, p, order, spread, _PULL, along), dt)
+        x_out[k], p_out[k] = moments(moved, weights, process.motion_variance)
     return x_out, p_out
 
 
@@ -79,13 +102,9 @@ def _read_members(
     members = x.shape[0]
     means = np.empty((members, READINGS))
     deviations = np.empty((members, READINGS))
-    exact = np.zeros(READINGS)
     for k in range(members):
-        rows = read(c, sigma_points(x[k], covariance[k], order, spread), slowest)
-        mean, about = moments(rows, weights, exact)
-        means[k] = mean
-        for i in range(READINGS):
-            deviations[k, i] = np.sqrt(max(about[i, i], 0.0))
+        points = sigma_points(x[k], covariance[k], order, spread)
+        means[k], deviations[k] = mean_and_deviation(read(c, points, slowest), weights)
     return means, deviations
 
 
@@ -125,17 +144,12 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
 
         What fades does so first, and takes part in the motion that follows.
         """
-        memory, faded, added = (
-            np.stack([getattr(process, name) for process in processes])[mode]
-            for name in Process._fields
-        )
         self.x, self.P = _predict_members(
             self._constants,
             self.x,
             self.P,
-            memory,
-            faded,
-            added,
+            processes,
+            mode,
             self._anchor,
             POINTS.order,
             POINTS.spread,

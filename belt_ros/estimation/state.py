@@ -11,20 +11,33 @@ directly. What the belt is shows only through the creep that unwinds the spans.
 
 import math
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
-from belt_ros.mechanics.creep import span_tensions
+from belt_ros.mechanics.creep import Creep, tensions_at_pull
+from belt_ros.mechanics.loaded_belt import (
+    UNKNOWN,
+    MountedBelt,
+    Near,
+    capacity_of,
+    loaded_near_pull,
+    near_on,
+)
 from belt_ros.mechanics.motion import (
     Condition,
     Motion,
+    belt_in,
+    pull_along,
     rim_speed,
     slip_of_creep,
     steady_creep,
-    step_motion,
+    step_equation,
+    stepped_motion,
+    stepped_pull,
 )
 
 _Floats = NDArray[np.float64]
@@ -88,12 +101,40 @@ def _condition(row: _Floats) -> Condition:
 
 
 @compiled
+def _same_belt(row: _Floats, other: _Floats) -> bool:
+    return bool(row[5] == other[5] and row[6] == other[6] and row[7] == other[7])
+
+
+@compiled
 def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
-    """Advance what moves in rows of states by `dt` [s]."""
+    """Advance what moves in rows of states by `dt` [s]: `motion.step_at_speed` for each.
+
+    The belt's inertia is taken at the first row's speed. Each row is solved from the solution of
+    the first; where only the motion differs, that is mostly a step without another evaluation.
+    """
     out = states.copy()
+    row = states[0]
+    speed = abs(c.driver_radius * row[0])
+    condition = _condition(row)
+    first_step = step_equation(c, Motion(row[0], row[1], row[2]), condition, dt)
+    forward = first_step.along >= 0.0
+    first_belt = belt_in(c, condition, speed, forward)
+    first = loaded_near_pull(c, first_belt, abs(row[2]), UNKNOWN)
+    first_pull, first = stepped_pull(c, first_belt, first_step, first)
     for i in range(states.shape[0]):
         row = states[i]
-        moved = step_motion(c, Motion(row[0], row[1], row[2]), _condition(row), dt)
+        condition = _condition(row)
+        motion = Motion(row[0], row[1], row[2])
+        step = step_equation(c, motion, condition, dt)
+        belt, start = first_belt, first
+        alike = (step.along >= 0.0) == forward
+        if not (alike and _same_belt(row, states[0])):
+            belt = belt_in(c, condition, speed, step.along >= 0.0)
+            near = near_on(belt, first_belt, first.near) if alike else UNKNOWN
+            guess = first_pull + (abs(step.along) - abs(first_step.along)) / step.stiff
+            start = loaded_near_pull(c, belt, guess, near)
+        pull, _ = stepped_pull(c, belt, step, start)
+        moved = stepped_motion(c, motion, condition, step, pull, dt)
         out[i, 0] = moved.driver_speed
         out[i, 1] = moved.driven_speed
         out[i, 2] = moved.pull
@@ -101,40 +142,92 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
 
 
 @compiled
+def step_direction(c: DriveConstants, state: _Floats, dt: float) -> _Floats:
+    """Gradient (11,), in the state, of the pull that a step of `dt` [s] without creep leads to.
+
+    Scaled to 1 in the pull. States that do not change this sum, tension, kf, mu or the creep's
+    error hardly change the step.
+    """
+    gain = dt / c.span_compliance
+    driven_radius = c.driven_radius * (1.0 + state[8])
+    v2, v1 = c.driver_radius * state[0], driven_radius * state[1]
+    direction = np.zeros(STATES)
+    direction[0] = gain * c.driver_radius
+    direction[1] = -gain * driven_radius
+    direction[2] = 1.0
+    direction[3] = gain * dt * c.driver_radius / c.driver_inertia
+    direction[4] = -gain * dt * c.driven_radius / c.driven_inertia
+    direction[8] = -gain * c.driven_radius * state[1]
+    direction[10] = -gain * max(abs(v1), abs(v2))
+    return direction
+
+
+class _Steady(NamedTuple):
+    """What a belt and a pull determine of the readings."""
+
+    belt: MountedBelt
+    forward: bool
+    pull: float
+    capacity: float
+    creep: Creep
+    slack: float
+    tight: float
+    near: Near
+
+
+@compiled
+def _steady(
+    c: DriveConstants, belt: MountedBelt, along: float, capacity: float, near: Near
+) -> _Steady:
+    pull = abs(along)
+    creep, near = steady_creep(c, belt, pull, capacity, near)
+    slack, tight = creep.slack, creep.tight
+    if pull > _ROUNDING * creep.pull:  # what the steady creep was limited to
+        slack, tight = tensions_at_pull(c, belt, pull, capacity, near)
+    return _Steady(belt, along >= 0.0, pull, capacity, creep, slack, tight, near)
+
+
+@compiled
 def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
-    """Rows of states to rows of readings; below rim speed `slowest` [m/s] slip is taken at it."""
-    out = np.empty((states.shape[0], 11))
+    """Rows of states to rows of readings; below rim speed `slowest` [m/s] slip is taken at it.
+
+    The belt's inertia is taken at the first row's speed. Each row is solved from the first's
+    solution; where pull and belt are the first's, so is the creep.
+    """
+    out = np.empty((states.shape[0], READINGS))
+    row = states[0]
+    condition, motion = _condition(row), Motion(row[0], row[1], row[2])
+    speed, along = abs(c.driver_radius * row[0]), pull_along(c, motion, condition)
+    belt = belt_in(c, condition, speed, along >= 0.0)
+    capacity = capacity_of(c, belt, UNKNOWN)
+    first = _steady(c, belt, along, capacity, UNKNOWN)
     for i in range(states.shape[0]):
         row = states[i]
-        motion = Motion(row[0], row[1], row[2])
-        condition = _condition(row)
+        condition, motion = _condition(row), Motion(row[0], row[1], row[2])
+        along = pull_along(c, motion, condition)
+        at = first
+        if (along >= 0.0) != first.forward or not _same_belt(row, states[0]):
+            belt = belt_in(c, condition, speed, along >= 0.0)
+            near = UNKNOWN
+            if (along >= 0.0) == first.forward:
+                near = near_on(belt, first.belt, first.near)
+            capacity = capacity_of(c, belt, near)
+            at = _steady(c, belt, along, capacity, near)
+        elif abs(along) != first.pull:
+            at = _steady(c, first.belt, along, first.capacity, first.near)
         v2, v1 = rim_speed(c, motion, condition)
-        base = math.copysign(max(abs(v2), slowest), v2)
-        pull = abs(motion.pull)
-        slip = (v2 - v1) / base
-        arcs, forward, capacity = steady_creep(c, motion, condition)
-        slack, tight = arcs.slack, arcs.tight
-        if pull > _ROUNDING * arcs.pull:  # what the steady creep was limited to
-            slack, tight = span_tensions(
-                c,
-                pull,
-                condition.tension,
-                condition.friction,
-                condition.stiffness,
-                abs(v2),
-                forward,
-            )
-        steady = slip_of_creep(arcs, forward, condition.creep_error)
-        receiving, giving = arcs.receiving_transition, arcs.giving_transition
+        slip = (v2 - v1) / math.copysign(max(abs(v2), slowest), v2)
+        steady = slip_of_creep(at.creep, at.forward, condition.creep_error)
+        receiving, giving = at.creep.receiving_transition, at.creep.giving_transition
         out[i, 0] = motion.pull * c.driven_radius
         out[i, 1] = slip
         out[i, 2] = steady
         out[i, 3] = slip - steady
-        out[i, 4] = tight
-        out[i, 5] = slack
-        out[i, 6] = 0.5 * (slack + tight)
-        out[i, 7] = receiving if forward else giving
-        out[i, 8] = giving if forward else receiving
-        out[i, 9] = 1.0 - pull / capacity if capacity > 0.0 else 0.0
+        out[i, 4] = at.tight
+        out[i, 5] = at.slack
+        out[i, 6] = 0.5 * (at.slack + at.tight)
+        out[i, 7] = receiving if at.forward else giving
+        out[i, 8] = giving if at.forward else receiving
+        out[i, 9] = 1.0 - at.pull / at.capacity if at.capacity > 0.0 else 0.0
         out[i, 10] = v2 - v1
     return out

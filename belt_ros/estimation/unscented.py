@@ -9,7 +9,7 @@ Two things are done differently from filterpy's stock class, against which tests
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,35 +22,80 @@ _SMALLEST_PIVOT = 1e-14
 
 
 @compiled
+def _with_sum(covariance: _Floats, at: int, along: _Floats) -> _Floats:
+    """Covariance with the sum `along` of states in place of state `at`."""
+    n = along.shape[0]
+    p = covariance.copy()
+    total = 0.0
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += covariance[i, j] * along[j]
+        p[i, at] = row
+        p[at, i] = row
+        total += along[i] * row
+    p[at, at] = total
+    return p
+
+
+@compiled
+def _root(p: _Floats, order: _Places) -> _Floats:
+    """Cholesky factor in `order`, a column a row, its entries in the places of the states."""
+    n = p.shape[0]
+    scale = np.empty(n)
+    for i in range(n):
+        scale[i] = math.sqrt(max(p[order[i], order[i]], 1e-300))
+    lower = np.zeros((n, n))
+    columns = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            rest = p[order[i], order[j]] / (scale[i] * scale[j])
+            for k in range(j):
+                rest -= lower[i, k] * lower[j, k]
+            if i == j:
+                lower[i, i] = math.sqrt(max(rest, _SMALLEST_PIVOT))
+            else:
+                lower[i, j] = rest / lower[j, j]
+            columns[j, order[i]] = scale[i] * lower[i, j]
+    return columns
+
+
+@compiled
+def _points(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
+    n = x.shape[0]
+    points = np.empty((2 * n + 1, n))
+    points[0] = x
+    for k in range(n):
+        column, distance = columns[k], math.sqrt(spread[k])
+        for i in range(n):
+            points[1 + k, i] = x[i] + distance * column[i]
+            points[1 + n + k, i] = x[i] - distance * column[i]
+    return points
+
+
+@compiled
 def sigma_points(x: _Floats, covariance: _Floats, order: _Places, spread: _Floats) -> _Floats:
     """Points x and x +- sqrt(spread[k]) times the k-th column of the Cholesky factor.
 
     The factor is taken in `order`: its first column is the whole of the first state in it, with all
     that goes with it, the second what is left of the second, and so on.
     """
-    n = x.shape[0]
-    scale = np.empty(n)
-    for i in range(n):
-        scale[i] = math.sqrt(max(covariance[order[i], order[i]], 1e-300))
-    lower = np.zeros((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            total = covariance[order[i], order[j]] / (scale[i] * scale[j])
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            if i == j:
-                lower[i, i] = math.sqrt(max(total, _SMALLEST_PIVOT))
-            else:
-                lower[i, j] = total / lower[j, j]
-    points = np.empty((2 * n + 1, n))
-    for i in range(n):
-        at = order[i]
-        points[0, at] = x[at]
-        for k in range(n):
-            step = math.sqrt(spread[k]) * scale[i] * lower[i, k]
-            points[1 + k, at] = x[at] + step
-            points[1 + n + k, at] = x[at] - step
-    return points
+    return _points(x, _root(covariance, order), spread)
+
+
+@compiled
+def sigma_points_along(
+    x: _Floats, covariance: _Floats, order: _Places, spread: _Floats, at: int, along: _Floats
+) -> _Floats:
+    """As `sigma_points`, taking a sum of states in place of the state `at`.
+
+    `along` (n,) says how often each state counts in the sum, `at` once. Columns after that of `at`
+    leave the sum as it is.
+    """
+    columns = _root(_with_sum(covariance, at, along), order)
+    for column in columns:
+        column[at] -= np.sum(along * column) - column[at]
+    return _points(x, columns, spread)
 
 
 @compiled
@@ -72,6 +117,21 @@ def moments(points: _Floats, weights: _Floats, added: _Floats) -> tuple[_Floats,
         for j in range(i):
             covariance[j, i] = covariance[i, j]
     return mean, covariance
+
+
+@compiled
+def mean_and_deviation(rows: _Floats, weights: _Floats) -> tuple[_Floats, _Floats]:
+    """Weighted mean and standard deviation of rows, column by column."""
+    count, n = rows.shape
+    mean = np.zeros(n)
+    for p in range(count):
+        for i in range(n):
+            mean[i] += weights[p] * rows[p, i]
+    deviation = np.zeros(n)
+    for p in range(count):
+        for i in range(n):
+            deviation[i] += weights[p] * (rows[p, i] - mean[i]) ** 2
+    return mean, np.sqrt(deviation)
 
 
 @compiled
@@ -113,6 +173,11 @@ class GradedSigmaPoints:
         All states, in the order in which the Cholesky factor takes them.
     squared_distances : sequence of float
         For the first states in `order`, in variances. The other states share what weight is left.
+    at : int
+        A state in whose place a sum of states is taken, see `sigma_points_along` ...
+    along : callable, optional
+        ... from a state (n,) to that sum's coefficients (n,), 1 for `at`. Without it, the state
+        itself is taken.
 
     Raises
     ------
@@ -120,7 +185,13 @@ class GradedSigmaPoints:
         If the first states leave no weight for the others.
     """
 
-    def __init__(self, order: Sequence[int], squared_distances: Sequence[float]) -> None:
+    def __init__(
+        self,
+        order: Sequence[int],
+        squared_distances: Sequence[float],
+        at: int = 0,
+        along: Callable[[_Floats], _Floats] | None = None,
+    ) -> None:
         self.n = len(order)
         self.order = np.array(order, dtype=np.int64)
         near = np.array(squared_distances)
@@ -130,6 +201,8 @@ class GradedSigmaPoints:
         others = self.n - len(near)
         self.spread = np.concatenate([near, np.full(others, others / left)])
         self.Wm = self.Wc = np.concatenate([[0.0], 0.5 / self.spread, 0.5 / self.spread])
+        self._at = at
+        self._along = along
 
     def num_sigmas(self) -> int:
         """Return the number of points."""
@@ -137,4 +210,7 @@ class GradedSigmaPoints:
 
     def sigma_points(self, x: _Floats, covariance: _Floats) -> _Floats:
         """Return the points (2 n + 1, n) of mean `x` (n,) and `covariance` (n, n)."""
-        return sigma_points(x, covariance, self.order, self.spread)
+        if self._along is None:
+            return sigma_points(x, covariance, self.order, self.spread)
+        along = self._along(x)
+        return sigma_points_along(x, covariance, self.order, self.spread, self._at, along)

@@ -18,7 +18,7 @@ import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.arc_state import ArcState, arc_state
+from belt_ros.mechanics.arc_state import UNKNOWN_ARC, ArcShape, ArcState, arc_shape, loaded_arc
 
 _SMALL = 0.5
 _LEAST_GRADIENT = 1e-290
@@ -46,23 +46,46 @@ class PointState(NamedTuple):
     gradient: float  # |u'| K / w_in
 
 
+class PulleyArc(NamedTuple):
+    """An arc before it is loaded."""
+
+    unit: float  # 1/lambda [m], the length of x = 1
+    wrap_angle: float  # [rad]
+    shape: ArcShape
+
+
 @compiled
-def scaled_arc(
-    traction: float, radius: float, wrap_angle: float, mu: float, kf: float, net: float, role: int
-) -> ScaledArc:
-    """Solve an arc at a traction ln(w_H/w_L), see `arc_state`; `net` is K = EA - m v^2 [N]."""
+def pulley_arc(
+    radius: float, wrap_angle: float, mu: float, kf: float, net: float, role: int
+) -> PulleyArc:
+    """Return the arc of one pulley in scaled form; `net` is K = EA - m v^2 [N]."""
     unit = math.sqrt(net / kf)
-    growth = mu * unit / radius
-    wrap = radius * wrap_angle / unit
-    state = arc_state(traction, growth, wrap, role)
-    begin = min(state.transition, wrap)
+    shape = arc_shape(mu * unit / radius, radius * wrap_angle / unit, role)
+    return PulleyArc(unit, wrap_angle, shape)
+
+
+@compiled
+def profile_of(arc: PulleyArc, traction: float, state: ArcState) -> ScaledArc:
+    """Return an arc solved at a traction ln(w_H/w_L), with where its zones end."""
+    role, growth, wrap = arc.shape.role, arc.shape.growth, arc.shape.wrap
+    # Within rounding of gross slip D is without bound, though the transition may not be at 0 yet.
+    begin = min(state.transition, wrap) if math.isfinite(state.gradient) else 0.0
     end = wrap if math.isnan(state.restick) else min(state.restick, wrap)
     if begin < wrap:
         held = growth * math.tanh(0.5 * begin)
         gain = held / (1.0 - role * held)
     else:
         gain = abs(math.expm1(role * traction))
-    return ScaledArc(role, growth, wrap, unit, begin, end, gain, state)
+    return ScaledArc(role, growth, wrap, arc.unit, begin, end, gain, state)
+
+
+@compiled
+def scaled_arc(
+    traction: float, radius: float, wrap_angle: float, mu: float, kf: float, net: float, role: int
+) -> ScaledArc:
+    """Solve an arc at a traction ln(w_H/w_L), see `arc_state`; `net` is K = EA - m v^2 [N]."""
+    arc = pulley_arc(radius, wrap_angle, mu, kf, net, role)
+    return profile_of(arc, traction, loaded_arc(traction, arc.shape, UNKNOWN_ARC))
 
 
 @compiled
@@ -126,6 +149,8 @@ def excess(arc: ScaledArc) -> tuple[float, float]:
         pushed = 2.0 * a * half * half
         total += tension * (a * a * sinh + pushed) - d * past
         slope += relative_slope * tension * (sinh + pushed) + d * (sinh - past)
+    if slope == 0.0:  # the whole arc slides; its slope in ln D, which is without bound
+        return total, 0.0
     log_slope = arc.state.slope / d if d > _LEAST_GRADIENT else 1.0 / a
     return total, slope * log_slope
 

@@ -11,6 +11,18 @@ from belt_ros.mechanics._compile import compiled
 _NEWTON_STEPS = 60
 _BISECTION_STEPS = 200
 _NEWTON_ENOUGH = 1e-8
+_HALLEY_ENOUGH = 3e-5
+
+
+class ArcShape(NamedTuple):
+    """What of an arc its load does not change."""
+
+    role: int  # +1 driven, -1 driver
+    growth: float  # a
+    wrap: float  # X
+    inverse_stretch: float  # 1 / (cosh X - 1)
+    elastic_limit: float  # traction up to which the whole arc creeps [-]
+    elastic_inverse: float  # 1/D at it, where a driven arc has a >= 1 [-]
 
 
 class ArcState(NamedTuple):
@@ -20,6 +32,9 @@ class ArcState(NamedTuple):
     slope: float  # dD / d traction [-]
     transition: float  # x* [-]
     restick: float  # x2 [-], NaN where the belt does not re-stick
+
+
+UNKNOWN_ARC = ArcState(math.nan, math.nan, math.nan, math.nan)
 
 
 @compiled
@@ -48,42 +63,61 @@ def _two_zone_traction(x: float, a: float, wrap: float, role: int) -> tuple[floa
 
 
 @compiled
-def _elastic_arc(traction: float, wrap: float, role: int) -> ArcState:
+def _elastic_arc(traction: float, shape: ArcShape) -> ArcState:
     """Elastic-only arc: W - 1 = +-D (cosh X - 1)."""
-    if wrap < 300.0:
-        half_sinh = math.sinh(0.5 * wrap)
-        stretch = 2.0 * half_sinh * half_sinh
-        inverse = 1.0 / stretch
-    else:
-        inverse = 2.0 * math.exp(-wrap)
-    gradient = role * math.expm1(role * traction) * inverse
-    return ArcState(gradient, math.exp(role * traction) * inverse, wrap, math.nan)
+    gained = math.expm1(shape.role * traction)
+    slope = (1.0 + gained) * shape.inverse_stretch
+    return ArcState(shape.role * gained * shape.inverse_stretch, slope, shape.wrap, math.nan)
 
 
 @compiled
-def _two_zone_arc(traction: float, a: float, wrap: float, role: int) -> ArcState:
-    """Creep and slip zone: safeguarded Newton iteration for the transition x*."""
-    low, high = 0.0, wrap
-    x = (a * wrap - traction) / a
+def _two_zone_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
+    """Creep and slip zone: safeguarded Halley iteration for the transition x*.
+
+    The error of `_two_zone_traction` is +-ln r, r = e^E / (1 -+ a tanh(x/2)), E = +-(a (X - x) -
+    traction). Near r = 1 it is +-2 (r - 1)/(r + 1), up to the third power of r - 1, which needs no
+    logarithm that waits for the exponentials.
+    """
+    role, a, wrap = shape.role, shape.growth, shape.wrap
+    low, high, x = 0.0, wrap, start
     if not (low < x < high):
-        x = 0.5 * wrap
-    slope = 0.0
+        x = wrap - (traction + role * math.log1p(-role * a)) / a  # were tanh one
+    if not (low < x < high):
+        x = min(2.0 * (a * wrap - traction) / a, 0.5 * wrap)  # near gross slip
+    e = one_minus_e = 0.0
     for _ in range(_NEWTON_STEPS):
-        found, slope = _two_zone_traction(x, a, wrap, role)
-        error = found - traction
+        e, one_minus_e = math.exp(-x), -math.expm1(-x)
+        excess = a * (wrap - x) - traction
+        push = math.expm1(role * excess)
+        t = one_minus_e / (1.0 + e)
+        held = 1.0 - role * a * t
+        error = 2.0 * (a * t + role * push) / (held + 1.0 + push)
+        if not abs(error) < 0.5:
+            error = excess - role * math.log(held)
+        slope = -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
+        rise = 0.5 * (1.0 - t) * (1.0 + t)
+        bend = a * rise * (role * a * rise / held - t) / held
         if error > 0.0:
             low = x
         else:
             high = x
-        candidate = x - error / slope
-        if not (low <= candidate <= high):
-            candidate = 0.5 * (low + high)
-        change = abs(candidate - x)
-        x = candidate
-        # A Newton step doubles the digits, so the one after this would only add rounding.
-        if change <= _NEWTON_ENOUGH * x:
+        newton = -error / slope
+        step = newton / min(max(1.0 + 0.5 * newton * bend / slope, 0.5), 2.0)
+        if not (low <= x + step <= high):
+            step = 0.5 * (low + high) - x
+        x += step
+        # Such a step triples the digits, so the one after this would only add rounding.
+        if abs(step) <= _HALLEY_ENOUGH * min(x, 1.0):
+            shrink = step * (1.0 - 0.5 * step * (1.0 - step / 3.0))  # 1 - e^-step
+            one_minus_e += e * shrink
+            e -= e * shrink
             break
-    gradient, log_slope = _gradient_at_transition(x, a, role)
+    t = one_minus_e / (1.0 + e)
+    held = 1.0 - role * a * t
+    slope = -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
+    denominator = one_minus_e * (1.0 + e) * held
+    gradient = 2.0 * a * e / denominator
+    log_slope = -(1.0 + e * e - role * a * one_minus_e * (1.0 + e)) / denominator
     return ArcState(gradient, gradient * log_slope / slope, x, math.nan)
 
 
@@ -106,65 +140,61 @@ def _transition_of_gradient(inverse: float, a: float) -> float:
 
 
 @compiled
-def _traction_of_gradient(inverse: float, a: float, wrap: float) -> tuple[float, float, float]:
-    """Traction, transition and re-stick point of a driven arc with a >= 1 and D = 1/inverse."""
-    x1 = _transition_of_gradient(inverse, a)
-    if x1 >= wrap:
-        half_sinh = math.sinh(0.5 * wrap)
-        return math.log1p(2.0 * half_sinh * half_sinh / inverse), wrap, math.nan
+def _zones(inverse: float, a: float, wrap: float) -> tuple[float, float, float, float]:
+    """Transition x1, re-stick point x2, cosh x1 - 1 and ln W(x1); a >= 1 and D = 1/inverse.
+
+    x1 is X where nothing slides, x2 is NaN where nothing re-sticks.
+    """
+    x1 = min(_transition_of_gradient(inverse, a), wrap)
     half_sinh = math.sinh(0.5 * x1)
-    log_w1 = math.log1p(2.0 * half_sinh * half_sinh / inverse)
-    if a == 1.0:
-        return log_w1 + a * (wrap - x1), x1, math.nan
+    stretch = 2.0 * half_sinh * half_sinh
+    log_w1 = math.log1p(stretch / inverse)
+    if x1 >= wrap or a == 1.0:
+        return x1, math.nan, stretch, log_w1
     w2 = (1.0 / inverse - 1.0) / ((a - 1.0) * (a + 1.0))
     x2 = x1 + max(math.log(w2) - log_w1, 0.0) / a
-    if x2 >= wrap:
-        return log_w1 + a * (wrap - x1), x1, math.nan
+    return x1, x2 if x2 < wrap else math.nan, stretch, log_w1
+
+
+@compiled
+def _traction_of_gradient(inverse: float, a: float, wrap: float) -> tuple[float, float]:
+    """Traction of a driven arc with a >= 1 and D = 1/inverse, and d traction / dD."""
+    d = 1.0 / inverse
+    x1, x2, stretch, log_w1 = _zones(inverse, a, wrap)
+    if x1 >= wrap:
+        return log_w1, stretch / (1.0 + d * stretch)
+    x1_slope = inverse / _gradient_at_transition(x1, a, 1)[1]
+    if math.isnan(x2):
+        return log_w1 + a * (wrap - x1), _two_zone_traction(x1, a, wrap, 1)[1] * x1_slope
+    w2 = (d - 1.0) / ((a - 1.0) * (a + 1.0))
     rest = wrap - x2
-    growth = a * a * math.cosh(rest) + a * math.sinh(rest) - (a - 1.0) * (a + 1.0)
-    return math.log(w2) + math.log(growth), x1, x2
-
-
-@compiled
-def _compliant_slope(d: float, a: float, wrap: float, transition: float, restick: float) -> float:
-    """Return dD / d traction of a sliding driven arc with a >= 1."""
-    transition_slope = 1.0 / (d * _gradient_at_transition(transition, a, 1)[1])
-    if math.isnan(restick):
-        return 1.0 / (_two_zone_traction(transition, a, wrap, 1)[1] * transition_slope)
-    half_sinh = math.sinh(0.5 * transition)
-    stretch = 2.0 * half_sinh * half_sinh
-    log_w1_slope = (stretch + d * math.sinh(transition) * transition_slope) / (1.0 + d * stretch)
+    cosh, sinh, half = math.cosh(rest), math.sinh(rest), a * math.sinh(0.5 * rest)
+    growth = 2.0 * half * half + a * sinh  # a^2 (cosh - 1) + a sinh: large a would lose digits
+    log_w1_slope = (stretch + d * math.sinh(x1) * x1_slope) / (1.0 + d * stretch)
     log_w2_slope = 1.0 / (d - 1.0)
-    restick_slope = transition_slope + (log_w2_slope - log_w1_slope) / a
-    rest = wrap - restick
-    cosh, sinh = math.cosh(rest), math.sinh(rest)
-    growth = a * a * cosh + a * sinh - (a - 1.0) * (a + 1.0)
-    return 1.0 / (log_w2_slope - restick_slope * (a * a * sinh + a * cosh) / growth)
+    x2_slope = x1_slope + (log_w2_slope - log_w1_slope) / a
+    slope = log_w2_slope - x2_slope * (a * a * sinh + a * cosh) / (1.0 + growth)
+    return math.log(w2) + math.log1p(growth), slope
 
 
 @compiled
-def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
-    """Driven arc with a >= 1: solve for 1/D, in which the traction falls monotonically."""
-    critical = math.atanh(1.0 / a) if a > 1.0 else math.inf
-    if critical < wrap:
-        largest = 1.0 / (a * (a + math.sqrt((a - 1.0) * (a + 1.0))))
-    else:
-        largest = 1.0 / _gradient_at_transition(wrap, a, 1)[0]
-    at_largest = _traction_of_gradient(largest, a, wrap)[0]
-    if traction <= at_largest:
-        return _elastic_arc(traction, wrap, 1)
-    low, high = 0.0, largest
-    # Near gross slip the traction falls short of its limit in proportion to 1/D.
-    x = largest * (a * wrap - traction) / (a * wrap - at_largest)
-    slope, transition, restick = math.inf, 0.0, math.nan
+def _compliant_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
+    """Sliding driven arc with a >= 1: solve for 1/D, in which the traction falls monotonically."""
+    a, wrap = shape.growth, shape.wrap
+    largest, at_largest = shape.elastic_inverse, shape.elastic_limit
+    low, high, x = 0.0, largest, start
+    if not (low < x < high):
+        # Near gross slip the traction falls short of its limit in proportion to 1/D.
+        x = largest * (a * wrap - traction) / (a * wrap - at_largest)
+    slope = math.inf
     for _ in range(_BISECTION_STEPS):
-        found, transition, restick = _traction_of_gradient(x, a, wrap)
+        found, rate = _traction_of_gradient(x, a, wrap)
         error = found - traction
         if error > 0.0:
             low = x
         else:
             high = x
-        slope = _compliant_slope(1.0 / x, a, wrap, transition, restick)
+        slope = 1.0 / rate
         candidate = x + error * x * x * slope
         if not (low <= candidate <= high):  # also where the slope is not finite
             candidate = 0.5 * (low + high)
@@ -172,8 +202,41 @@ def _compliant_arc(traction: float, a: float, wrap: float) -> ArcState:
         x = candidate
         if change <= _NEWTON_ENOUGH * x:
             break
-    _, transition, restick = _traction_of_gradient(x, a, wrap)
+    transition, restick, _, _ = _zones(x, a, wrap)
     return ArcState(1.0 / x, slope, transition, restick)
+
+
+@compiled
+def arc_shape(a: float, wrap: float, role: int) -> ArcShape:
+    """Return what an arc's load does not change; parameters as of `arc_state`."""
+    if wrap < 300.0:
+        half_sinh = math.sinh(0.5 * wrap)
+        inverse_stretch = 0.5 / (half_sinh * half_sinh)
+    else:
+        inverse_stretch = 2.0 * math.exp(-wrap)
+    if role < 0 or a < 1.0:
+        limit = _two_zone_traction(wrap, a, wrap, role)[0]
+        return ArcShape(role, a, wrap, inverse_stretch, limit, math.nan)
+    # All of it creeps up to the least D at which the limit is met, inside the arc or at its outlet.
+    critical = math.atanh(1.0 / a) if a > 1.0 else math.inf
+    if critical < wrap:
+        inverse = 1.0 / (a * (a + math.sqrt((a - 1.0) * (a + 1.0))))
+    else:
+        inverse = 1.0 / _gradient_at_transition(wrap, a, 1)[0]
+    limit = math.log1p(1.0 / (inverse * inverse_stretch))
+    return ArcShape(role, a, wrap, inverse_stretch, limit, inverse)
+
+
+@compiled
+def loaded_arc(traction: float, shape: ArcShape, near: ArcState) -> ArcState:
+    """Solve an arc from the state `near`, of the same arc or one like it, or `UNKNOWN_ARC`."""
+    if traction >= shape.growth * shape.wrap:
+        return ArcState(math.inf, math.inf, 0.0, math.nan)
+    if traction <= shape.elastic_limit:
+        return _elastic_arc(traction, shape)
+    if shape.role > 0 and shape.growth >= 1.0:
+        return _compliant_arc(traction, shape, 1.0 / near.gradient)
+    return _two_zone_arc(traction, shape, near.transition)
 
 
 @compiled
@@ -194,10 +257,4 @@ def arc_state(traction: float, a: float, wrap: float, role: int) -> ArcState:
     ArcState
         D is inf at and beyond the traction limit a X.
     """
-    if traction >= a * wrap:
-        return ArcState(math.inf, math.inf, 0.0, math.nan)
-    if role > 0 and a >= 1.0:
-        return _compliant_arc(traction, a, wrap)
-    if traction <= _two_zone_traction(wrap, a, wrap, role)[0]:
-        return _elastic_arc(traction, wrap, role)
-    return _two_zone_arc(traction, a, wrap, role)
+    return loaded_arc(traction, arc_shape(a, wrap, role), UNKNOWN_ARC)

@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 from belt_ros.mechanics.drive import BeltDrive, DriveError, Tensioning
 
 _Floats = NDArray[np.float64]
+_ROUNDING = 1e-12
 
 
 def state_arrays(*values: ArrayLike) -> list[_Floats]:
@@ -46,7 +47,8 @@ def check_belt(drive: BeltDrive, tension: _Floats, rim_speed: _Floats) -> None:
 
 def check_load(moment: _Floats, limit: _Floats, slip: _Floats) -> None:
     """Raise `DriveError` unless there is a steady state at every torque."""
-    if np.any(bad := ~(np.abs(moment) < limit)):
+    beside = np.abs(moment) > limit * (1.0 - _ROUNDING)
+    if np.any(bad := ~(np.abs(moment) < limit) | (beside & ~np.isfinite(slip))):
         raise DriveError(
             f"torque {moment[bad].flat[0]:g} N m is not within the capacity of "
             f"{limit[bad].flat[0]:g} N m: gross slip"

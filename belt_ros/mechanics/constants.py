@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.arc_profile import ScaledArc, scaled_arc
+from belt_ros.mechanics.arc_profile import PulleyArc, pulley_arc
 from belt_ros.mechanics.drive import BeltDrive, Kinematics, Tensioning
 
 HELD_MEAN, HELD_SLACK, HELD_HUB_LOAD, FIXED_CENTRES = range(4)
@@ -37,18 +37,19 @@ class DriveConstants(NamedTuple):
 
 def drive_constants(drive: BeltDrive) -> DriveConstants:
     """Return `drive` in the form that compiled code takes."""
+    # Plain floats throughout: compiled code is compiled anew for every other type.
     return DriveConstants(
-        axial_stiffness=drive.belt.axial_stiffness,
-        mass_per_length=drive.belt.mass_per_length,
-        driven_radius=drive.driven.radius,
-        driven_wrap=drive.driven.wrap_angle,
-        driven_inertia=drive.driven.inertia,
-        driver_radius=drive.driver.radius,
-        driver_wrap=drive.driver.wrap_angle,
-        driver_inertia=drive.driver.inertia,
+        axial_stiffness=float(drive.belt.axial_stiffness),
+        mass_per_length=float(drive.belt.mass_per_length),
+        driven_radius=float(drive.driven.radius),
+        driven_wrap=float(drive.driven.wrap_angle),
+        driven_inertia=float(drive.driven.inertia),
+        driver_radius=float(drive.driver.radius),
+        driver_wrap=float(drive.driver.wrap_angle),
+        driver_inertia=float(drive.driver.inertia),
         friction_ratio=drive.driver.friction_coefficient / drive.driven.friction_coefficient,
         stiffness_ratio=drive.driver.friction_stiffness / drive.driven.friction_stiffness,
-        span_length=drive.span_length,
+        span_length=float(drive.span_length),
         span_compliance=drive.span_length / (2.0 * drive.belt.axial_stiffness),
         tensioning=_TENSIONING[drive.tensioning],
         exact_strain=drive.kinematics is Kinematics.EXACT,
@@ -63,14 +64,14 @@ def traction_limit(c: DriveConstants, mu: float) -> float:
 
 @compiled
 def both_arcs(
-    c: DriveConstants, traction: float, mu: float, kf: float, net: float, driven_receives: bool
-) -> tuple[ScaledArc, ScaledArc]:
-    """Arcs of the pulley that receives the power and of the one that gives it.
+    c: DriveConstants, mu: float, kf: float, net: float, driven_receives: bool
+) -> tuple[PulleyArc, PulleyArc]:
+    """Arcs of the pulley that receives the power and of the one that gives it, not yet loaded.
 
     `mu` and `kf` are the driven pulley's, `net` is K = EA - m v^2 [N].
     """
     mu2, kf2 = mu * c.friction_ratio, kf * c.stiffness_ratio
     driven_role = 1 if driven_receives else -1
-    driven = scaled_arc(traction, c.driven_radius, c.driven_wrap, mu, kf, net, driven_role)
-    driver = scaled_arc(traction, c.driver_radius, c.driver_wrap, mu2, kf2, net, -driven_role)
+    driven = pulley_arc(c.driven_radius, c.driven_wrap, mu, kf, net, driven_role)
+    driver = pulley_arc(c.driver_radius, c.driver_wrap, mu2, kf2, net, -driven_role)
     return (driven, driver) if driven_receives else (driver, driven)

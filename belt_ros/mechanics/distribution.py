@@ -16,6 +16,7 @@ from belt_ros.mechanics.drive import BeltDrive, DriveError, Kinematics, Pulley
 from belt_ros.mechanics.equilibrium import solve_equilibrium
 
 _Floats = NDArray[np.float64]
+_ROUNDING = 1e-13
 
 
 class Distribution(NamedTuple):
@@ -164,8 +165,7 @@ def drive_distribution(
     Returns
     -------
     DriveDistribution
-        The integrals of both power losses add up to `Equilibrium.friction_loss` (exactly with
-        `Kinematics.EXACT`, to the second order in the strain with the linear one).
+        The integrals of both power losses add up to `Equilibrium.friction_loss`.
 
     Raises
     ------
@@ -203,6 +203,7 @@ def _on_pulley(
     slack, tight = ends
     lift = drive.belt.mass_per_length * rim_speed**2
     ea = drive.belt.axial_stiffness
+    limit = pulley.traction_limit * (1.0 - _ROUNDING)  # tensions are known to rounding only
     arc = CheckedArcs(
         *(
             np.asarray(value, dtype=np.float64)
@@ -214,7 +215,7 @@ def _on_pulley(
                 pulley.friction_stiffness,
                 ea - lift,
                 slack - lift + (0.0 if receives else pull),
-                np.log1p(pull / (slack - lift)),
+                min(np.log1p(pull / (slack - lift)), limit),
             )
         )
     )

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from numbers import Real
 
+_GREATEST_TRACTION = 500.0
+
 
 class DriveError(ValueError):
     """A drive, or a state asked of it, that cannot exist; the message names the broken limit."""
@@ -104,6 +106,11 @@ class Pulley:
         require_positive(self.friction_coefficient, "friction coefficient mu")
         require_positive(self.friction_stiffness, "friction stiffness kf", "N/m2")
         require_positive(self.inertia, "pulley inertia", "kg m2")
+        if self.traction_limit > _GREATEST_TRACTION:
+            raise DriveError(
+                f"mu phi is {self.traction_limit:g}; above {_GREATEST_TRACTION:g} tensions would "
+                "overflow, reduce the friction coefficient or the wrap angle"
+            )
 
     @property
     def traction_limit(self) -> float:

@@ -18,7 +18,16 @@ from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
-from belt_ros.mechanics.creep import Creep, creep, pull_at_creep, pull_capacity
+from belt_ros.mechanics.creep import Creep, balance, creep_of, pull_capacity
+from belt_ros.mechanics.loaded_belt import (
+    UNKNOWN,
+    Loaded,
+    MountedBelt,
+    Near,
+    belt_on_pulleys,
+    capacity_of,
+    loaded_near_pull,
+)
 
 _BELOW_CAPACITY = 1.0 - 1e-9
 _LARGEST_CREEP_LOAD = 0.98
@@ -65,27 +74,42 @@ def condition_capacity(
 
 
 @compiled
-def steady_creep(
-    c: DriveConstants, state: Motion, condition: Condition
-) -> tuple[Creep, bool, float]:
-    """Creep that belongs to the present pull, whether the driven pulley receives, and the capacity.
+def _turning(v2: float, v1: float) -> float:
+    """Return +1.0 or -1.0: the sense in which the faster rim turns."""
+    return 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
 
-    Above 98 % of the capacity [N] it is that of 98 %: sliding beyond that is failure, not creep.
-    """
+
+@compiled
+def pull_along(c: DriveConstants, state: Motion, condition: Condition) -> float:
+    """Pull [N], positive where the power flows from driver to driven pulley."""
     v2, v1 = rim_speed(c, state, condition)
-    turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
-    along = turning * state.pull
-    capacity = condition_capacity(c, condition, abs(v2), along >= 0.0)
-    steady = creep(
+    return _turning(v2, v1) * state.pull
+
+
+@compiled
+def belt_in(
+    c: DriveConstants, condition: Condition, belt_speed: float, driven_receives: bool
+) -> MountedBelt:
+    """Return the belt under a condition, its inertia at `belt_speed` [m/s]."""
+    return belt_on_pulleys(
         c,
-        min(abs(along), _LARGEST_CREEP_LOAD * capacity),
         condition.tension,
         condition.friction,
         condition.stiffness,
-        abs(v2),
-        along >= 0.0,
+        belt_speed,
+        driven_receives,
     )
-    return steady, along >= 0.0, capacity
+
+
+@compiled
+def steady_creep(
+    c: DriveConstants, belt: MountedBelt, pull: float, capacity: float, near: Near
+) -> tuple[Creep, Near]:
+    """Creep that belongs to a pull >= 0 [N], and what is near it.
+
+    Above 98 % of the capacity [N] it is that of 98 %: sliding beyond that is failure, not creep.
+    """
+    return creep_of(c, belt, min(pull, _LARGEST_CREEP_LOAD * capacity), near)
 
 
 @compiled
@@ -98,20 +122,27 @@ def slip_of_creep(steady: Creep, driven_receives: bool, creep_error: float) -> f
 @compiled
 def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> float:
     """Steady slip 1 - v1/v2 [-] that belongs to the present pull, see `steady_creep`."""
-    steady, driven_receives, _ = steady_creep(c, state, condition)
-    return slip_of_creep(steady, driven_receives, condition.creep_error)
+    along = pull_along(c, state, condition)
+    belt = belt_in(c, condition, abs(c.driver_radius * state.driver_speed), along >= 0.0)
+    steady, _ = steady_creep(c, belt, abs(along), capacity_of(c, belt, UNKNOWN), UNKNOWN)
+    return slip_of_creep(steady, along >= 0.0, condition.creep_error)
+
+
+class Step(NamedTuple):
+    """One implicit step, as the equation stiff * pull + relaxation * creep(pull) = along."""
+
+    turning: float  # sense of rotation, +1.0 or -1.0
+    along: float  # [N]; its sign is that of the power's flow
+    stiff: float  # [-]
+    relaxation: float  # [N]
 
 
 @compiled
-def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Motion:
-    """Advance by `dt` [s] with one implicit (backward Euler) step, stable for any `dt`.
-
-    A step longer than the torsional period does not resolve that oscillation but damps it; what
-    remains is the quasi-steady motion. Speeds in the creep term are those at the step's start.
-    """
+def step_equation(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Step:
+    """Return the equation of a step of `dt` [s]."""
     v2, v1 = rim_speed(c, state, condition)
     fastest = max(abs(v1), abs(v2))
-    turning = 1.0 if (v2 if abs(v2) >= abs(v1) else v1) >= 0.0 else -1.0
+    turning = _turning(v2, v1)
     gain = dt / c.span_compliance
     inertia = c.driver_radius**2 / c.driver_inertia + c.driven_radius**2 / c.driven_inertia
     unloaded = state.pull + gain * (
@@ -121,25 +152,29 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
         + dt * c.driver_radius * condition.driver_torque / c.driver_inertia
         - dt * c.driven_radius * condition.driven_torque / c.driven_inertia
     )
-    along = turning * unloaded
-    stiff = 1.0 + gain * dt * inertia
     relaxation = gain * fastest * max(1.0 + condition.creep_error, 0.0)
-    if relaxation <= 1e-12:
-        capacity = condition_capacity(c, condition, abs(v2), along >= 0.0)
-        pull = min(abs(along) / stiff, _BELOW_CAPACITY * capacity)
-    else:
-        pull = pull_at_creep(
-            c,
-            stiff / relaxation,
-            abs(along) / relaxation,
-            abs(state.pull),
-            condition.tension,
-            condition.friction,
-            condition.stiffness,
-            abs(v2),
-            along >= 0.0,
-        )
-    signed = turning * (pull if along >= 0.0 else -pull)
+    return Step(turning, turning * unloaded, 1.0 + gain * dt * inertia, relaxation)
+
+
+@compiled
+def stepped_pull(
+    c: DriveConstants, belt: MountedBelt, step: Step, start: Loaded
+) -> tuple[float, Loaded]:
+    """Size [N] of the pull after a step, and the last state evaluated, from a state near by."""
+    along = abs(step.along)
+    if not (belt.grips and along > 0.0):
+        return 0.0, start
+    if step.relaxation <= 1e-12:
+        return min(along / step.stiff, _BELOW_CAPACITY * capacity_of(c, belt, start.near)), start
+    return balance(c, belt, step.stiff / step.relaxation, along / step.relaxation, start)
+
+
+@compiled
+def stepped_motion(
+    c: DriveConstants, state: Motion, condition: Condition, step: Step, pull: float, dt: float
+) -> Motion:
+    """Motion after a step of `dt` [s] that leads to a pull of size `pull` [N]."""
+    signed = step.turning * (pull if step.along >= 0.0 else -pull)
     return Motion(
         state.driver_speed
         + dt * (condition.driver_torque - c.driver_radius * signed) / c.driver_inertia,
@@ -147,3 +182,25 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
         + dt * (condition.driven_torque + c.driven_radius * signed) / c.driven_inertia,
         signed,
     )
+
+
+@compiled
+def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Motion:
+    """Advance by `dt` [s] with one implicit (backward Euler) step, stable for any `dt`.
+
+    A step longer than the torsional period does not resolve that oscillation but damps it; what
+    remains is the quasi-steady motion. Speeds in the creep term are those at the step's start.
+    """
+    return step_at_speed(c, state, condition, abs(c.driver_radius * state.driver_speed), dt)
+
+
+@compiled
+def step_at_speed(
+    c: DriveConstants, state: Motion, condition: Condition, belt_speed: float, dt: float
+) -> Motion:
+    """As `step_motion`, with the belt's inertia at `belt_speed` [m/s]."""
+    step = step_equation(c, state, condition, dt)
+    belt = belt_in(c, condition, belt_speed, step.along >= 0.0)
+    start = loaded_near_pull(c, belt, abs(state.pull), UNKNOWN)
+    pull, _ = stepped_pull(c, belt, step, start)
+    return stepped_motion(c, state, condition, step, pull, dt)

@@ -12,6 +12,7 @@ load, and T_H + T_L rises with the torque.
 """
 
 import math
+from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.arc_profile import ScaledArc, excess, relaxed_length
@@ -23,6 +24,17 @@ from belt_ros.mechanics.constants import (
 )
 
 _SECANT_STEPS = 20
+_NEAR = 1e-7  # relative change after which a rate from near by leaves an error below 1e-10
+
+
+class Tautness(NamedTuple):
+    """How the exact law of fixed centres differs from the linear one; nearly the same near by."""
+
+    ratio: float  # of the slack tensions
+    rate: float  # of the changes of length with slack tension; NaN if not known
+
+
+AS_LINEAR = Tautness(1.0, math.nan)
 
 
 @compiled
@@ -66,20 +78,23 @@ def slack_at_traction(
 
     With fixed centres and exact strain the slope is that of the linear law, to first order.
     """
-    if c.tensioning == FIXED_CENTRES:
-        return _slack_of_fixed_centres(c, traction, held, lift, receiving, giving)
-    return held_slack(c, traction, held, lift)
+    if c.tensioning != FIXED_CENTRES:
+        return held_slack(c, traction, held, lift)
+    slack, slope, _ = fixed_centres_slack(c, traction, held, lift, receiving, giving, AS_LINEAR)
+    return slack, slope
 
 
 @compiled
-def _slack_of_fixed_centres(
+def fixed_centres_slack(
     c: DriveConstants,
     traction: float,
     held: float,
     lift: float,
     receiving: ScaledArc,
     giving: ScaledArc,
-) -> tuple[float, float]:
+    near: Tautness,
+) -> tuple[float, float, Tautness]:
+    """As `slack_at_traction`, from the tautness at a state near by; also the tautness here."""
     share = 1.0 - lift / c.axial_stiffness
     growth, rise = math.exp(traction), math.expm1(traction)
     received, received_slope = excess(receiving)
@@ -94,37 +109,43 @@ def _slack_of_fixed_centres(
     slack = (held - lift) / shape
     slope = -gained_slope / (share * path * shape)
     if c.exact_strain and slack > 0.0:
-        slack = _refined(c, slack, held, lift, growth, shape, receiving, giving)
-    return slack, slack * slope
+        slack, near = _refined(c, slack, held, lift, growth, shape, receiving, giving, near)
+    return slack, slack * slope, near
 
 
 @compiled
 def _refined(
     c: DriveConstants,
-    slack: float,
+    linear: float,
     held: float,
     lift: float,
     growth: float,
     shape: float,
     receiving: ScaledArc,
     giving: ScaledArc,
-) -> float:
-    """Slack tension at which the unstretched length is the installed one, from a near one."""
+    near: Tautness,
+) -> tuple[float, Tautness]:
+    """Slack tension at which the unstretched length is the installed one, from the linear law's."""
     ea = c.axial_stiffness
     path = 2.0 * c.span_length + receiving.wrap * receiving.unit + giving.wrap * giving.unit
     installed = path / (1.0 + held / ea)
-    stretch = (1.0 + held / ea) ** 2
-    rate = -shape * path / (ea * stretch)
+    linear_rate = -shape * path / (ea * (1.0 + held / ea) ** 2)
+    known = not math.isnan(near.rate)
+    rate = linear_rate * (near.rate if known else 1.0)
+    slack = linear * near.ratio
     before, error_before = slack, 0.0
     for step in range(_SECANT_STEPS):
         error = _unstretched(c, slack, lift, growth, receiving, giving) - installed
-        if step > 0 and error != error_before:
+        # A difference that rounding has eaten says nothing of the rate.
+        if step > 0 and abs(slack - before) > _NEAR * slack:
             rate = (error - error_before) / (slack - before)
+            known = True
         before, error_before = slack, error
         slack = max(slack - error / rate, 0.5 * slack)
-        if abs(slack - before) <= 1e-9 * slack:  # the error is nearly the square of this
+        # The error is this times that of the rate, which after a secant is nearly this as well.
+        if abs(slack - before) <= (_NEAR if known else 1e-9) * slack:
             break
-    return slack
+    return slack, Tautness(slack / linear, rate / linear_rate if known else math.nan)
 
 
 @compiled

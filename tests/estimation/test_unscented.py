@@ -1,18 +1,23 @@
 """The compiled filter against filterpy's stock class with a plain model."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from filterpy.kalman import UnscentedKalmanFilter
 
-from belt_ros.estimation.bank import POINTS, UnscentedBank
+from belt_ros.estimation.bank import POINTS, UnscentedBank, motion_points
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import STATES, propagate
+from belt_ros.estimation.state import STATES, Index, propagate, read, step_direction
 from belt_ros.estimation.unscented import GradedSigmaPoints, take_in
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
 from belt_ros.mechanics.constants import drive_constants
+from belt_ros.mechanics.drive import Tensioning
+from belt_ros.mechanics.motion import Condition, Motion, step_at_speed
 
 PULLEY = Pulley(0.08125, np.pi, 1.2, 8.1e7, 0.05)
-CONSTANTS = drive_constants(BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105))
+DRIVE = BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105)
+CONSTANTS = drive_constants(DRIVE)
 X = np.array([120.0, 119.2, 500.0, 41.0, -41.0, np.log(435.0), np.log(8e7), 0.18, 0, 0, 0])
 DEVIATION = np.array([0.01, 0.01, 20.0, 1.0, 1.0, 0.05, 0.2, 0.03, 1e-4, 0.01, 1e-3])
 SEEN = np.array([0, 1, 3, 4])
@@ -30,14 +35,25 @@ def bank(members: int) -> UnscentedBank:
     return bank
 
 
+def belt_speed(x: np.ndarray) -> float:
+    return abs(CONSTANTS.driver_radius * x[Index.DRIVER_SPEED])
+
+
+def plain_step(x: np.ndarray, dt: float, speed: float, constants: object = CONSTANTS) -> np.ndarray:
+    """One state moved by the drive's law alone, solved from nothing known."""
+    tension, stiffness, friction = np.exp(x[Index.LOG_TENSION : Index.LOG_FRICTION + 1])
+    condition = Condition(x[3], x[4], tension, friction, stiffness, *x[Index.RATIO_BIAS :])
+    return np.array([*step_at_speed(constants, Motion(*x[:3]), condition, speed, dt), *x[3:]])
+
+
 def stock() -> UnscentedKalmanFilter:
     filter_ = UnscentedKalmanFilter(
         STATES,
         len(SEEN),
         DT,
         hx=lambda x: x[SEEN],
-        fx=lambda x, dt: propagate(CONSTANTS, x[None, :], dt)[0],
-        points=POINTS,
+        fx=plain_step,
+        points=motion_points(CONSTANTS, DT),
     )
     filter_.x, filter_.P = X.copy(), np.diag(DEVIATION**2)
     filter_.Q = np.diag((0.01 * DEVIATION) ** 2)
@@ -51,7 +67,7 @@ def test_each_member_equals_the_stock_filter_over_many_steps() -> None:
     for _ in range(50):
         z = X[SEEN] + np.sqrt(VARIANCE) * rng.standard_normal(4)
         ours.predict(DT, (STILL, STILL), np.array([0, 1]))
-        theirs.predict(DT)
+        theirs.predict(DT, speed=belt_speed(theirs.x))
         ours.update(z, VARIANCE, SEEN)
         theirs.update(z)
         scale = np.sqrt(np.diag(theirs.P))
@@ -88,11 +104,15 @@ def test_points_of_a_covariance_that_rounding_made_indefinite_are_finite() -> No
     assert points.shape == (7, 3)
 
 
-def test_points_reproduce_mean_and_covariance() -> None:
-    rng = np.random.default_rng(1)
-    root = rng.standard_normal((STATES, STATES)) * DEVIATION[:, None]
-    covariance = root @ root.T
-    points, weights = POINTS.sigma_points(X, covariance), POINTS.Wm
+def correlated(seed: int) -> np.ndarray:
+    root = np.random.default_rng(seed).standard_normal((STATES, STATES)) * DEVIATION[:, None]
+    return root @ root.T / STATES
+
+
+@pytest.mark.parametrize("chosen", [POINTS, motion_points(CONSTANTS, DT)])
+def test_points_reproduce_mean_and_covariance(chosen: GradedSigmaPoints) -> None:
+    covariance = correlated(1)
+    points, weights = chosen.sigma_points(X, covariance), chosen.Wm
     assert weights.sum() == pytest.approx(1.0)
     assert np.all(weights >= 0.0)
     spread = points - X
@@ -108,3 +128,51 @@ def test_points_reproduce_mean_and_covariance() -> None:
 def test_near_states_that_leave_no_weight_are_refused() -> None:
     with pytest.raises(ValueError, match="leave"):
         GradedSigmaPoints(range(4), [1.5, 3.0])
+
+
+def test_only_five_pairs_of_points_change_what_a_step_has_to_solve() -> None:
+    points = motion_points(CONSTANTS, DT).sigma_points(X, correlated(2))
+    belt = [Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION, Index.CREEP_ERROR]
+    moved = (points - X) @ step_direction(CONSTANTS, X, DT)
+    others = np.r_[6 : 1 + STATES, 6 + STATES : 1 + 2 * STATES]
+    np.testing.assert_array_equal(points[others][:, belt], np.tile(X[belt], (len(others), 1)))
+    np.testing.assert_allclose(moved[others], 0.0, atol=1e-9 * np.max(np.abs(moved)))
+
+
+TENSIONINGS = pytest.mark.parametrize(
+    ("tensioning", "tolerance"),
+    [(Tensioning.CONSTANT_MEAN, 1e-9), (Tensioning.FIXED_CENTRES, 3e-7)],
+)
+
+
+@TENSIONINGS
+@pytest.mark.parametrize("log_stiffness", [14.5, 15.7, 18.2, 21.0])
+@pytest.mark.parametrize("pull", [-500.0, -3.0, 0.0, 250.0, 600.0, 790.0])
+def test_a_point_solved_beside_another_is_where_it_would_be_alone(
+    tensioning: Tensioning, tolerance: float, log_stiffness: float, pull: float
+) -> None:
+    constants = drive_constants(dataclasses.replace(DRIVE, tensioning=tensioning))
+    x = X.copy()
+    x[Index.LOG_STIFFNESS], x[Index.PULL] = log_stiffness, pull
+    points = motion_points(constants, DT).sigma_points(x, correlated(3))
+    together = propagate(constants, points, DT)
+    alone = np.array([plain_step(point, DT, belt_speed(x), constants) for point in points])
+    np.testing.assert_allclose(together / DEVIATION, alone / DEVIATION, rtol=0.0, atol=tolerance)
+
+
+@TENSIONINGS
+@pytest.mark.parametrize("log_stiffness", [14.5, 15.7, 18.2, 21.0])
+@pytest.mark.parametrize("pull", [-500.0, 0.0, 250.0, 600.0, 790.0])
+def test_a_point_read_beside_another_reads_as_it_would_alone(
+    tensioning: Tensioning, tolerance: float, log_stiffness: float, pull: float
+) -> None:
+    constants = drive_constants(dataclasses.replace(DRIVE, tensioning=tensioning))
+    x = X.copy()
+    x[Index.LOG_STIFFNESS], x[Index.PULL] = log_stiffness, pull
+    covariance = correlated(4)
+    covariance[:2] = covariance[:, :2] = 0.0  # so that each alone has the belt's speed of them all
+    points = POINTS.sigma_points(x, covariance)
+    points[:, :2] = x[:2]
+    together = read(constants, points, 0.1)
+    alone = np.vstack([read(constants, point[None, :], 0.1) for point in points])
+    np.testing.assert_allclose(together, alone, rtol=tolerance, atol=1e-12)

@@ -82,7 +82,9 @@ def test_profile_solves_the_belts_equation_with_a_spring_and_slider(arc: ScaledA
         tension, stretch = state
         return [role * stretch, d + role * (tension - 1.0)]
 
-    elastic = solve_ivp(spring, (0.0, arc.begin), [1.0, 0.0], rtol=1e-11, atol=1e-14)
+    elastic = solve_ivp(
+        spring, (0.0, arc.begin), [1.0, 0.0], method="DOP853", rtol=1e-13, atol=1e-24
+    )
     here = point_state(arc, arc.begin)
     assert here.tension == pytest.approx(elastic.y[0, -1], rel=1e-8)
     assert here.stretch == pytest.approx(elastic.y[1, -1], rel=1e-7, abs=1e-12)
@@ -92,7 +94,9 @@ def test_profile_solves_the_belts_equation_with_a_spring_and_slider(arc: ScaledA
     )
     if arc.end < arc.wrap:
         start = [slid.tension, a * slid.tension]
-        stuck = solve_ivp(spring, (arc.end, arc.wrap), start, rtol=1e-11, atol=1e-14)
+        stuck = solve_ivp(
+            spring, (arc.end, arc.wrap), start, method="DOP853", rtol=1e-13, atol=1e-24
+        )
         outlet = point_state(arc, arc.wrap)
         assert outlet.tension == pytest.approx(stuck.y[0, -1], rel=1e-8)
         assert outlet.stretch == pytest.approx(stuck.y[1, -1], rel=1e-8)

@@ -103,3 +103,8 @@ def test_a_size_that_is_no_number_is_refused_by_name(value: object) -> None:
 
 def test_whole_numbers_and_numpys_own_are_numbers() -> None:
     assert BeltDrive(Belt(80000), Pulley(1, 3, 1, 10**7), Pulley(np.float64(1.0), 3, 1, 10**7))
+
+
+def test_friction_that_would_overflow_the_tensions_is_refused() -> None:
+    with pytest.raises(DriveError, match=r"mu phi is 600; above 500"):
+        Pulley(0.1, 6.0, 100.0, 1e7)

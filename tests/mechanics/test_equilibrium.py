@@ -618,3 +618,32 @@ def test_shapes_that_do_not_fit_are_refused_with_both() -> None:
 def test_margin_of_a_torque_that_is_not_finite_is_refused(torque: float) -> None:
     with pytest.raises(DriveError, match="NaN or infinity"):
         margin(paper_drive(8.1e7), torque, 435.0)
+
+
+@pytest.mark.parametrize("torque", [1e-9, 1e-6, 1e-3])
+def test_the_smallest_loads_keep_their_digits(torque: float) -> None:
+    drive = paper_drive(8.1e7, PAPER_MASS)
+    slip = float(solve_equilibrium(drive, torque, 435.0, 120.0).slip)
+    assert float(torque_from_slip(drive, slip, 435.0, 120.0)) == pytest.approx(torque, rel=1e-11)
+
+
+def refusal(drive: BeltDrive, torque: float, held: float, speed: float) -> str:
+    """Why there is no equilibrium, nothing if there is one."""
+    try:
+        solve_equilibrium(drive, torque, held, speed)
+    except DriveError as error:
+        return str(error)
+    return ""
+
+
+@given(drives())
+@REPEATABLE
+def test_beyond_capacity_is_called_gross_slip_and_nothing_else(
+    given_drive: tuple[BeltDrive, float, float],
+) -> None:
+    drive, held, speed = given_drive
+    capacity = math.copysign(capacity_at(drive, held, speed, speed), speed)
+    assert "gross slip" in refusal(drive, 2.0 * capacity, held, speed)
+    assert "gross slip" in refusal(drive, capacity, held, speed)
+    within_rounding = refusal(drive, (1.0 - 2e-16) * capacity, held, speed)
+    assert not within_rounding or "gross slip" in within_rounding

@@ -1,0 +1,102 @@
+"""A drive drawn from what the estimator is told: parameters from the prior, wandering as stated."""
+
+import dataclasses
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.estimation.process import lognormal
+from belt_ros.mechanics import torque_capacity
+from belt_ros.rig.profile import Profile
+from belt_ros.rig.scenario import Scenario, scenario_from_mapping
+from belt_ros.settings import DriveSettings
+from benchmarks.estimation.cells import BELTS, Cell
+
+DURATION = 10.0  # [s]
+JUDGED_AT = (3.7, 6.7, 9.9)  # [s], each late in one level of the load
+_SPEED_UP = 0.8  # [s]
+_LEVELS_BEGIN = (1.3, 3.9, 6.9)  # [s]; idle before the first
+_QUICK, _SLOW = 0.2, 1.5  # [s] to get to a level; one of them is got to slowly
+_WALK_STEP = 0.1  # [s] between the points of a walk
+
+_Floats = NDArray[np.float64]
+
+
+def drawn_scenario(cell: Cell, settings: DriveSettings, seed: int) -> Scenario:
+    """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
+
+    The levels of the load are shares of the true capacity when they begin, the greatest that of the
+    cell.
+    """
+    random = np.random.default_rng([cell.seed, seed])
+    prior, drift = settings.prior, settings.drift
+    times = np.arange(0.0, DURATION + _WALK_STEP, _WALK_STEP)
+    tension = _walk(random, *lognormal(prior.tension, prior.tension_stddev), drift.tension, times)
+    friction = _walk(
+        random,
+        *lognormal(prior.friction_coefficient, prior.friction_coefficient_stddev),
+        drift.friction_coefficient,
+        times,
+    )
+    stiffness = _walk(
+        random,
+        math.log(prior.friction_stiffness),
+        prior.friction_stiffness_decades * math.log(10.0),
+        drift.friction_stiffness,
+        times,
+    )
+    speed = BELTS[cell.belt].speed
+    capacities = [
+        _capacity(settings, np.interp(t, times, tension), np.interp(t, times, friction), speed)
+        for t in _LEVELS_BEGIN
+    ]
+    values: dict[str, object] = {
+        "name": cell.name,
+        "duration": DURATION,
+        "seed": float(random.integers(2**32)),
+        "speed": [[0.0, 0.0], [_SPEED_UP, speed]],
+        "load": _load(random, cell.peak, capacities),
+        "condition.tension": float(tension[0]),
+        "condition.ratio_bias": prior.ratio_bias_stddev * float(random.standard_normal()),
+        "condition.creep_error_stddev": prior.creep_error_stddev,
+        "condition.creep_error_time": drift.creep_error_time,
+    }
+    scenario = scenario_from_mapping(values, settings)
+    walks = (Profile(tuple(times), tuple(walk)) for walk in (tension, friction, stiffness))
+    return dataclasses.replace(scenario, profiles=(*scenario.profiles[:2], *walks))
+
+
+def _walk(
+    random: np.random.Generator, mean: float, spread: float, rate: float, times: _Floats
+) -> _Floats:
+    """Draw exp of an Ornstein-Uhlenbeck walk, stationary at `spread`, of `rate` per root second."""
+    memory = math.exp(-0.5 * (rate / spread) ** 2 * (times[1] - times[0]))
+    away = np.empty_like(times)
+    away[0] = random.standard_normal()
+    for i in range(1, times.size):
+        away[i] = memory * away[i - 1] + math.sqrt(1.0 - memory**2) * random.standard_normal()
+    return np.exp(mean + spread * away)
+
+
+def _capacity(settings: DriveSettings, tension: float, friction: float, speed: float) -> float:
+    drive = dataclasses.replace(
+        settings.drive,
+        driven=dataclasses.replace(settings.drive.driven, friction_coefficient=friction),
+        driver=dataclasses.replace(settings.drive.driver, friction_coefficient=friction),
+    )
+    return float(torque_capacity(drive, tension, speed))
+
+
+def _load(random: np.random.Generator, peak: float, capacities: list[float]) -> list[list[float]]:
+    """Draw one level for each of `capacities`, one of them the peak."""
+    shares = peak * random.uniform(0.1, 1.0, len(capacities))
+    shares[random.integers(len(capacities))] = peak
+    slow = random.integers(len(capacities))
+    points = [[0.0, 0.0]]
+    for number, (begin, share, capacity) in enumerate(
+        zip(_LEVELS_BEGIN, shares, capacities, strict=True)
+    ):
+        takes = _SLOW if number == slow else _QUICK
+        points += [[begin, points[-1][1]], [begin + takes, float(share) * capacity]]
+    return points

@@ -1,0 +1,130 @@
+"""Finite element plants: drives that are not the estimator's model, between fixed centres.
+
+A trajectory is simulated once for a process; the estimator then meets it with priors drawn about
+the truth and with noise drawn anew.
+"""
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from functools import lru_cache, partial
+
+import numpy as np
+
+from belt_ros.estimation import Measurement, Prior, measurement_from_joints
+from belt_ros.estimation.process import lognormal
+from belt_ros.mechanics import Tensioning, torque_capacity
+from belt_ros.mechanics.finite_element_mesh import Discretisation
+from belt_ros.rig import Truth, simulate_finite_elements
+from belt_ros.rig.scenario import scenario_from_mapping
+from belt_ros.rig.sensors import SensorErrors, Sensors
+from belt_ros.settings import DriveSettings
+from benchmarks.estimation.campaign import Job
+from benchmarks.estimation.cells import BELTS, STIFFNESSES, Cell, cell_settings
+from benchmarks.estimation.judged import Own, Row, judge
+
+METHOD = "belt_ros"
+JUDGED_AT = (2.1, 3.9, 5.9)  # [s], late in each level of the load
+_DURATION = 6.0  # [s]
+_RATE = 200.0  # [Hz]
+_SPEED_UP = 0.8  # [s]
+_SHARES = (0.2, 1.0, 0.5)  # of the peak, from 1, 2.2 and 4 s on
+_ELEMENTS = 40  # on half a pulley
+
+Sample = tuple[int, Truth]
+
+
+def trajectories() -> list[Cell]:
+    """Return the drives and loads that are simulated."""
+    paper = [Cell("paper", kf, peak, "fine") for kf in STIFFNESSES for peak in (0.35, 0.6, 0.9)]
+    conveyor = [Cell("conveyor", kf, peak, "fine") for kf in (1e7, 8.1e7) for peak in (0.5, 0.9)]
+    return [*paper, *conveyor, *(Cell("compliant", 1e7, peak, "fine") for peak in (0.5, 0.9))]
+
+
+@lru_cache(maxsize=1)
+def trajectory(cell: Cell) -> list[Sample]:
+    """Simulate a drive whose condition is the cell's own."""
+    settings = _settings(cell)
+    speed, tension = BELTS[cell.belt].speed, BELTS[cell.belt].tension
+    capacity = float(torque_capacity(settings.drive, tension, speed))
+    load = [[1.0, 0.0]]
+    for begin, share in zip((1.0, 2.2, 4.0), _SHARES, strict=True):
+        load += [[begin, load[-1][1]], [begin + 0.2, share * cell.peak * capacity]]
+    values: dict[str, object] = {
+        "duration": _DURATION,
+        "sample_rate": _RATE,
+        "speed": [[0.0, 0.0], [_SPEED_UP, speed]],
+        "load": load,
+    }
+    scenario = scenario_from_mapping(values, settings)
+    run = simulate_finite_elements(settings, scenario, Discretisation(_ELEMENTS))
+    return [(sample.stamp_ns, sample.truth) for sample in run]
+
+
+def run_trajectory(cell: Cell, seed: int) -> list[Row]:
+    """Judge the estimator on a trajectory, with priors and noise of this seed."""
+    random = np.random.default_rng([cell.seed, seed])
+    settings = _settings(cell)
+    told = dataclasses.replace(settings, prior=_prior_about(settings.prior, random))
+    samples = _measured(told, trajectory(cell), random)
+    return judge(Own(told), samples, JUDGED_AT, METHOD, cell.name, seed)
+
+
+def jobs(runs: int, containing: str = "") -> list[Job]:
+    """Return `runs` draws of priors and noise on every trajectory whose name contains a text."""
+    return [
+        Job(METHOD, cell.name, seed, run_trajectory, (cell, seed))
+        for cell in trajectories()
+        if containing in cell.name
+        for seed in range(runs)
+    ]
+
+
+def _settings(cell: Cell) -> DriveSettings:
+    return cell_settings(cell, tensioning=Tensioning.FIXED_CENTRES.value)
+
+
+def _prior_about(truth: Prior, random: np.random.Generator) -> Prior:
+    """Return what someone who errs as a prior says may believe of a drive of this condition."""
+    shift = partial(_shifted, random)
+    tension = shift(truth.tension, lognormal(truth.tension, truth.tension_stddev)[1])
+    friction = shift(
+        truth.friction_coefficient,
+        lognormal(truth.friction_coefficient, truth.friction_coefficient_stddev)[1],
+    )
+    decades = truth.friction_stiffness_decades
+    median = truth.friction_stiffness * 10.0 ** (decades * random.standard_normal())
+    return dataclasses.replace(
+        truth,
+        tension=tension,
+        tension_stddev=truth.tension_stddev * tension / truth.tension,
+        friction_coefficient=friction,
+        friction_coefficient_stddev=truth.friction_coefficient_stddev
+        * friction
+        / truth.friction_coefficient,
+        friction_stiffness=median,
+    )
+
+
+def _shifted(random: np.random.Generator, value: float, log_stddev: float) -> float:
+    """Mean of a log-normal whose median lies about `value`."""
+    return value * math.exp(log_stddev * float(random.standard_normal()) + 0.5 * log_stddev**2)
+
+
+def _measured(
+    settings: DriveSettings, samples: list[Sample], random: np.random.Generator
+) -> Iterator[tuple[Measurement, Truth]]:
+    errors = SensorErrors(**dataclasses.asdict(settings.noise))
+    sensors = Sensors(settings.driver, settings.driven, errors, random)
+    for stamp_ns, truth in samples:
+        joints = sensors.measure(truth, 0.0, 0.0)
+        measurement = measurement_from_joints(
+            settings.driver,
+            settings.driven,
+            stamp_ns,
+            joints.names,
+            joints.velocities,
+            joints.efforts,
+        )
+        assert isinstance(measurement, Measurement), "the rig's joint states are complete"
+        yield measurement, truth

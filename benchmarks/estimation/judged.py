@@ -1,0 +1,139 @@
+"""What is judged: an estimate's error and stated deviation in each quantity, and a run's rows."""
+
+import hashlib
+import math
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from statistics import fmean
+from typing import NamedTuple, Protocol
+
+import belt_ros
+from belt_ros.estimation import BeltEstimate, BeltMonitor, Measurement, Quantity
+from belt_ros.estimation.estimate import log_spread
+from belt_ros.rig.truth import Truth
+from belt_ros.settings import DriveSettings
+
+QUANTITIES = ("slip", "tight_tension", "slack_tension", "margin", "ln_kf", "ln_tension", "ln_mu")
+PARAMETERS = ("ln_tension", "ln_kf", "ln_mu")
+INTERVALS = ("slip", "tight_tension", "slack_tension", "ln_kf", "margin")
+_WARM_UP = 50  # samples, in which code may have to be compiled
+
+Quantities = dict[str, Quantity]
+
+
+class Row(NamedTuple):
+    """One judged instant of one run."""
+
+    method: str
+    case: str
+    seed: int
+    time: float  # [s]
+    microseconds: float  # of processor a sample, mean over the run
+    sources: str
+    errors: tuple[float, ...]  # estimate less truth, as `QUANTITIES`
+    stddevs: tuple[float, ...]  # stated; NaN where none is
+
+
+class Estimator(Protocol):
+    """Whatever is judged."""
+
+    def step(self, measurement: Measurement) -> None:
+        """Take in a measurement."""
+
+    def quantities(self) -> Quantities:
+        """Return what is known now, by name in `QUANTITIES`."""
+
+
+class Own:
+    """The estimator of belt_ros, by its public face."""
+
+    def __init__(self, settings: DriveSettings) -> None:
+        self._monitor: BeltMonitor = settings.monitor()
+
+    def step(self, measurement: Measurement) -> None:
+        """Take in a measurement."""
+        self._monitor.step(measurement)
+
+    def quantities(self) -> Quantities:
+        """Return what is known now."""
+        estimate = self._monitor.estimate
+        assert estimate is not None, "the rig's first measurement is a good one"
+        return of_estimate(estimate)
+
+
+def of_estimate(estimate: BeltEstimate) -> Quantities:
+    """Return what is judged of an estimate."""
+    mean, friction = estimate.mean_tension, estimate.friction_coefficient
+    log_variance = math.log1p((mean.stddev / mean.value) ** 2)
+    return {
+        "slip": estimate.slip,
+        "tight_tension": estimate.tight_tension,
+        "slack_tension": estimate.slack_tension,
+        "margin": estimate.margin,
+        "ln_kf": Quantity(
+            math.log(estimate.friction_stiffness.value), estimate.friction_stiffness_log_stddev
+        ),
+        "ln_tension": Quantity(math.log(mean.value) - 0.5 * log_variance, math.sqrt(log_variance)),
+        "ln_mu": Quantity(math.log(friction.value), log_spread(friction)),
+    }
+
+
+def of_truth(truth: Truth) -> dict[str, float]:
+    """Return what is judged of the truth."""
+    return {
+        "slip": truth.slip,
+        "tight_tension": truth.tight_tension,
+        "slack_tension": truth.slack_tension,
+        "margin": truth.margin,
+        "ln_kf": math.log(truth.friction_stiffness),
+        "ln_tension": math.log(truth.mean_tension),
+        "ln_mu": math.log(truth.friction_coefficient),
+    }
+
+
+def judge(
+    estimator: Estimator,
+    samples: Iterable[tuple[Measurement, Truth]],
+    instants: tuple[float, ...],
+    method: str,
+    case: str,
+    seed: int,
+) -> list[Row]:
+    """Run an estimator over the samples of a drive; judge it at `instants` [s]."""
+    waiting = list(instants)
+    found: list[tuple[float, Quantities, dict[str, float]]] = []
+    seconds: list[float] = []
+    for measurement, truth in samples:
+        began = time.process_time()
+        estimator.step(measurement)
+        seconds.append(time.process_time() - began)
+        if waiting and measurement.stamp_ns >= waiting[0] * 1e9:
+            found.append((waiting.pop(0), estimator.quantities(), of_truth(truth)))
+    cost = fmean(seconds[_WARM_UP:]) * 1e6
+    return [
+        Row(
+            method,
+            case,
+            seed,
+            instant,
+            cost,
+            SOURCES,
+            tuple(quantities[name].value - true[name] for name in QUANTITIES),
+            tuple(quantities[name].stddev for name in QUANTITIES),
+        )
+        for instant, quantities, true in found
+    ]
+
+
+def _sources() -> str:
+    """Digest of the code that is judged: figures of different code are not to be mixed."""
+    root = Path(belt_ros.__file__).parent
+    digest = hashlib.sha256()
+    for package in ("mechanics", "estimation"):
+        for source in sorted((root / package).rglob("*.py")):
+            digest.update(source.read_bytes())
+    return digest.hexdigest()[:8]
+
+
+SOURCES = _sources()

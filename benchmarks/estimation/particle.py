@@ -1,0 +1,240 @@
+"""A particle filter on the estimator's model: how accurate an estimate can be, at any cost.
+
+Particles carry (ln T, ln kf, ln mu), in which the model bends; given these, the other eight states
+are nearly linear, and each particle carries a Gaussian of them (Rao-Blackwell). When weights have
+become uneven, particles are drawn anew and moved a little (Liu and West), their Gaussians with them
+by regression, so that mean and covariance of the whole stay.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.estimation.process import Process
+from belt_ros.estimation.state import STATES, Index, propagate
+from belt_ros.estimation.unscented import sigma_points
+from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.constants import DriveConstants
+from belt_ros.settings import DriveSettings
+from benchmarks.estimation.judged import Quantities
+from benchmarks.estimation.model import SENSED, ModelFilter, by_name
+
+_Floats = NDArray[np.float64]
+_Places = NDArray[np.int64]
+_BENT = np.array([Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION], dtype=np.int64)
+_STRAIGHT = np.array([index for index in Index if index not in _BENT], dtype=np.int64)
+_SENSED = np.searchsorted(_STRAIGHT, SENSED)
+_FEWEST = 0.5  # effective share of particles below which they are drawn anew
+_KERNEL = 0.1  # standard deviation of what moves them then, relative to their own
+
+
+class Cloud(NamedTuple):
+    """Particles: ln weights (n,), states (n, 11), covariances (n, 8, 8) of the straight states."""
+
+    log_weights: _Floats
+    states: _Floats
+    covariances: _Floats
+
+
+@compiled
+def motion_jacobian(
+    c: DriveConstants, state: _Floats, pull_step: float, error_step: float, dt: float
+) -> tuple[_Floats, _Floats]:
+    """Advance a state (11,); return it and the Jacobian (3, 8) of what moves by `_STRAIGHT`.
+
+    The new pull depends on speeds, torques, bias and undeveloped creep as on the wind-up that they
+    amount to (`step_motion`), but for the belt's inertia and the speed of creep, to which speeds
+    that are measured add nothing. So two differences, by the old pull and by the creep error, give
+    the whole.
+    """
+    rows = np.empty((3, state.shape[0]))
+    rows[:] = state
+    rows[1, 2] += pull_step
+    rows[2, 9] += error_step
+    moved = propagate(c, rows, dt)
+    by_pull = (moved[1, 2] - moved[0, 2]) / pull_step
+    by_winding = by_pull * dt / c.span_compliance
+    driven_radius = c.driven_radius * (1.0 + state[8])
+    fastest = max(abs(c.driver_radius * state[0]), abs(driven_radius * state[1]))
+    jacobian = np.zeros((3, 8))
+    pull = jacobian[2]
+    pull[0] = by_winding * c.driver_radius
+    pull[1] = -by_winding * driven_radius
+    pull[2] = by_pull
+    pull[3] = by_winding * dt * c.driver_radius / c.driver_inertia
+    pull[4] = -by_winding * dt * c.driven_radius / c.driven_inertia
+    pull[5] = -by_winding * c.driven_radius * state[1]
+    pull[6] = (moved[2, 2] - moved[0, 2]) / error_step
+    pull[7] = -by_winding * fastest
+    jacobian[0] = -dt * c.driver_radius / c.driver_inertia * pull
+    jacobian[1] = dt * c.driven_radius / c.driven_inertia * pull
+    jacobian[0, 0] += 1.0
+    jacobian[1, 1] += 1.0
+    jacobian[0, 3] += dt / c.driver_inertia
+    jacobian[1, 4] += dt / c.driven_inertia
+    return moved[0], jacobian
+
+
+@compiled
+def _moved(
+    c: DriveConstants, states: _Floats, covariances: _Floats, added: _Floats, dt: float
+) -> tuple[_Floats, _Floats]:
+    """Advance each particle's Gaussian by the law of motion, linearised at its mean."""
+    out = np.empty_like(states)
+    covariances_out = np.empty_like(covariances)
+    whole = np.eye(covariances.shape[1])
+    for k in range(states.shape[0]):
+        pull_step = 0.1 * np.sqrt(covariances[k, 2, 2]) + 1e-9
+        error_step = 0.1 * np.sqrt(covariances[k, 6, 6]) + 1e-9
+        out[k], whole[:3] = motion_jacobian(c, states[k], pull_step, error_step, dt)
+        covariances_out[k] = whole @ covariances[k] @ whole.T + added
+    return out, covariances_out
+
+
+@compiled
+def _taken_in(
+    states: _Floats,
+    covariances: _Floats,
+    straight: _Places,
+    z: _Floats,
+    variance: _Floats,
+    sensed: _Places,
+) -> tuple[_Floats, _Floats]:
+    """Take readings of the straight states `sensed` into each particle's Gaussian."""
+    count, n = covariances.shape[:2]
+    states, covariances = states.copy(), covariances.copy()
+    for k in range(count):
+        p = covariances[k]
+        for reading in range(z.shape[0]):
+            at = sensed[reading]
+            column = p[at].copy()
+            total = column[at] + variance[reading]
+            innovation = z[reading] - states[k, straight[at]]
+            for i in range(n):
+                gain = column[i] / total
+                states[k, straight[i]] += gain * innovation
+                for j in range(n):
+                    p[i, j] -= gain * column[j]
+    return states, covariances
+
+
+@compiled
+def _drawn(states: _Floats, covariances: _Floats, straight: _Places, normal: _Floats) -> _Floats:
+    """Draw one state (11,) of each particle."""
+    count, n = normal.shape
+    out = states.copy()
+    order, unit, zero = np.arange(n), np.ones(n), np.zeros(n)
+    for k in range(count):
+        points = sigma_points(zero, covariances[k], order, unit)
+        for i in range(n):
+            for j in range(n):
+                out[k, straight[j]] += normal[k, i] * points[1 + i, j]
+    return out
+
+
+class Particles(ModelFilter[Cloud]):
+    """Rao-Blackwellised particle filter.
+
+    Parameters
+    ----------
+    settings : DriveSettings
+    count : int
+        Number of particles.
+    seed : int
+    """
+
+    def __init__(self, settings: DriveSettings, count: int, seed: int) -> None:
+        super().__init__(settings)
+        self._count = count
+        self._random = np.random.default_rng([seed, count])
+        self._cloud = Cloud(np.zeros(0), np.zeros((0, STATES)), np.zeros((0, 8, 8)))
+
+    def quantities(self) -> Quantities:
+        """Return what is known now."""
+        cloud = self._cloud
+        normal = self._random.standard_normal((self._count, len(_STRAIGHT)))
+        rows = self.model.judged(_drawn(cloud.states, cloud.covariances, _STRAIGHT, normal))
+        weights = self._weights()
+        mean = weights @ rows
+        return by_name(mean, np.sqrt(weights @ (rows - mean) ** 2))
+
+    def _weights(self) -> _Floats:
+        weights = np.exp(self._cloud.log_weights - np.max(self._cloud.log_weights))
+        return np.asarray(weights / np.sum(weights))
+
+    def _begin(self, mean: _Floats, covariance: _Floats) -> None:
+        spread = np.sqrt(np.diag(covariance))
+        states = np.tile(mean, (self._count, 1))
+        normal = self._random.standard_normal((self._count, len(_BENT)))
+        states[:, _BENT] += spread[_BENT] * normal
+        straight = covariance[np.ix_(_STRAIGHT, _STRAIGHT)]
+        self._cloud = Cloud(np.zeros(self._count), states, np.tile(straight, (self._count, 1, 1)))
+
+    def _mean(self) -> _Floats:
+        return self._weights() @ self._cloud.states
+
+    def _state(self) -> Cloud:
+        return self._cloud
+
+    def _restore(self, state: Cloud) -> None:
+        self._cloud = state
+
+    def _predict(self, process: Process, dt: float) -> None:
+        log_weights, states, covariances = self._cloud
+        memory, variance = process.memory, process.belt_variance
+        states = self.model.mean + memory * (states - self.model.mean)
+        normal = self._random.standard_normal((self._count, len(_BENT)))
+        states[:, _BENT] += np.sqrt(variance[_BENT]) * normal
+        straight = memory[_STRAIGHT]
+        covariances = covariances * np.outer(straight, straight) + np.diag(variance[_STRAIGHT])
+        self._cloud = Cloud(
+            log_weights,
+            *_moved(
+                self.model.constants,
+                states,
+                covariances,
+                np.diag(process.motion_variance[_STRAIGHT]),
+                dt,
+            ),
+        )
+
+    def _foretold(self, z: _Floats, variance: _Floats) -> tuple[_Floats, _Floats]:
+        weights = self._weights()
+        spread = self._cloud.covariances[:, _SENSED[:, None], _SENSED]
+        about = self._cloud.states[:, SENSED] - weights @ self._cloud.states[:, SENSED]
+        covariance = np.tensordot(weights, spread, 1) + (about.T * weights) @ about
+        return z - weights @ self._cloud.states[:, SENSED], covariance + np.diag(variance)
+
+    def _update(self, z: _Floats, variance: _Floats) -> None:
+        log_weights, states, covariances = self._cloud
+        # As in the estimator: the load's noise is a guess, by which particles must not be weighed.
+        spread = covariances[:, _SENSED[:, None], _SENSED]
+        expected = np.tensordot(self._weights(), spread, 1) + np.diag(variance)
+        innovations = z - states[:, SENSED]
+        whitened = np.linalg.solve(expected, innovations.T).T
+        log_weights = log_weights - 0.5 * np.sum(innovations * whitened, axis=1)
+        self._cloud = Cloud(
+            log_weights - np.max(log_weights),
+            *_taken_in(states, covariances, _STRAIGHT, z, variance, _SENSED),
+        )
+        weights = self._weights()
+        if _FEWEST * self._count * np.sum(weights**2) > 1.0:
+            self._draw_anew(weights)
+
+    def _draw_anew(self, weights: _Floats) -> None:
+        """Resample systematically, and move what is then alike apart."""
+        count = self._count
+        edges = (np.arange(count) + self._random.random()) / count
+        chosen = np.minimum(np.searchsorted(np.cumsum(weights), edges), count - 1)
+        states = self._cloud.states[chosen]
+        bent = states[:, _BENT]
+        covariance = np.cov(states.T)
+        within = covariance[np.ix_(_BENT, _BENT)] + 1e-14 * np.eye(len(_BENT))
+        kernel = self._random.multivariate_normal(np.zeros(len(_BENT)), within, count)
+        shrunk = np.sqrt(1.0 - _KERNEL**2)
+        shift = (shrunk - 1.0) * (bent - np.mean(bent, axis=0)) + _KERNEL * kernel
+        slope = np.linalg.solve(within, covariance[np.ix_(_BENT, _STRAIGHT)])
+        states[:, _BENT] += shift
+        states[:, _STRAIGHT] += shift @ slope
+        self._cloud = Cloud(np.zeros(count), states, self._cloud.covariances[chosen])

@@ -20,7 +20,7 @@ def append(path: Path, rows: Iterable[Row]) -> None:
     new = not path.is_file()
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("a", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
+        writer = csv.writer(file, lineterminator="\n")
         if new:
             writer.writerow(_HEAD)
         for row in rows:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised, reduced
+from belt_ros.estimation.gaussian_sum import Component, merge, reduced
 
 _Floats = NDArray[np.float64]
 MEMBERS = 32  # at most; half of what the filter may have, so that it can still split them
@@ -39,14 +39,5 @@ def condensed(components: list[Component], axes: Sequence[int]) -> list[Componen
         variances = np.stack([c.covariance[places, places] for c in kept])
         shift = (means - least.mean[places]) ** 2
         nearest = int(np.argmin(np.sum(shift / (variances + least.covariance[places, places]), 1)))
-        kept[nearest] = _merged(kept[nearest], least)
+        kept[nearest] = merge(kept[nearest], least)
     return [replace(c, covariance=0.5 * (c.covariance + c.covariance.T)) for c in kept]
-
-
-def _merged(a: Component, b: Component) -> Component:
-    weights = normalised(np.array([a.log_weight, b.log_weight]))
-    mean, covariance = mixture_moments(
-        weights, np.stack([a.mean, b.mean]), np.stack([a.covariance, b.covariance])
-    )
-    log_weight = float(np.logaddexp(a.log_weight, b.log_weight))
-    return Component(log_weight, mean, covariance)

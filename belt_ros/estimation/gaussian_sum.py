@@ -101,7 +101,7 @@ def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]
         if at == count:
             merged.append(component)
         else:
-            merged[at] = _merge(merged[at], component)
+            merged[at] = merge(merged[at], component)
             mean, variance = merged[at].mean[places], merged[at].covariance[places, places]
         means[at], variances[at], modes[at] = mean, variance, component.changing
     return merged
@@ -114,7 +114,8 @@ def _distance(means: _Floats, variances: _Floats, mean: _Floats, variance: _Floa
     return np.asarray(np.max(np.maximum(shift, stretch), axis=1))
 
 
-def _merge(a: Component, b: Component) -> Component:
+def merge(a: Component, b: Component) -> Component:
+    """Return one member of the same weight, mean and covariance as both, in the mode of `a`."""
     log_weight = float(np.logaddexp(a.log_weight, b.log_weight))
     weights = np.exp(np.array([a.log_weight, b.log_weight]) - log_weight)
     mean, covariance = mixture_moments(

@@ -4,7 +4,9 @@ from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, Condition, Sev
 from belt_ros.estimation.assumptions import Drift, Joint, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.estimate import BeltEstimate, Health, Knowledge, Phase, Quantity
+from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind
 from belt_ros.estimation.measurement import Measurement, Rejection, measurement_from_joints
+from belt_ros.estimation.memory import Learned, MemoryRefusedError
 from belt_ros.estimation.monitor import BeltMonitor, MonitorOutput
 
 __all__ = [
@@ -18,7 +20,11 @@ __all__ = [
     "Health",
     "Joint",
     "Knowledge",
+    "Learned",
+    "Maintenance",
+    "MaintenanceKind",
     "Measurement",
+    "MemoryRefusedError",
     "MonitorOutput",
     "Phase",
     "Prior",

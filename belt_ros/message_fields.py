@@ -22,6 +22,7 @@ _QUANTITIES = (
     "driven_transition_angle",
     "driver_transition_angle",
     "margin",
+    "capacity_torque",
 )
 
 
@@ -32,15 +33,23 @@ def state_fields(drive_name: str, estimate: BeltEstimate) -> dict[str, Any]:
         quantity: Quantity = getattr(estimate, name)
         fields[name] = quantity.value
         fields[f"{name}_stddev"] = quantity.stddev
-    health = estimate.health
+    health, reserve, lost = estimate.health, estimate.reserve, estimate.lost_traction
     fields |= {
         "friction_stiffness_log_stddev": estimate.friction_stiffness_log_stddev,
         "gross_slip_probability": estimate.gross_slip_probability,
+        "gross_slip_probability_at_peak_load": reserve.gross_slip_probability_at_peak_load,
+        "traction_lost_probability": lost.traction,
+        "tension_lost_probability": lost.tension,
+        "friction_lost_probability": lost.friction,
         "tension_knowledge": int(estimate.tension_knowledge),
         "friction_stiffness_knowledge": int(estimate.friction_stiffness_knowledge),
         "friction_coefficient_knowledge": int(estimate.friction_coefficient_knowledge),
         "normalised_innovation_squared": health.innovation_squared,
         "innovation_degrees_of_freedom": health.degrees_of_freedom,
+        "fit": int(health.fit.consistency),
+        "fit_mean": health.fit.mean,
+        "fit_lowest": health.fit.lowest,
+        "fit_highest": health.fit.highest,
         "accepted_count": health.accepted,
         "reset_count": health.resets,
         "last_rejection": int(health.last_rejection),

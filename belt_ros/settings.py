@@ -97,7 +97,14 @@ class DriveSettings:
     def monitor(self) -> BeltMonitor:
         """Return a fresh monitor of this drive."""
         return BeltMonitor(
-            self.name, self.drive, self.prior, self.noise, self.drift, self.limits, self.alarm
+            self.name,
+            self.drive,
+            self.prior,
+            self.noise,
+            self.drift,
+            self.limits,
+            self.alarm,
+            (self.driver.turn, self.driven.turn),
         )
 
 

@@ -1,10 +1,14 @@
 """The definitions of belt_msgs: where they are found, and that bags hold what ROS sends."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
 
 from belt_ros import message_types
+from belt_ros.estimation import BeltEstimate, Health, Quantity, Rejection
+from belt_ros.estimation.estimate import Consistency, Fit, LostTraction, Reserve
+from belt_ros.message_fields import state_fields
 from belt_ros.message_types import belt_typestore, message_texts
 
 MESSAGES = Path(__file__).parents[1] / "msg_defs" / "msg"
@@ -63,3 +67,41 @@ def test_types_are_those_that_ros_has_compiled(name: str) -> None:
 
     assert list(read.__dataclass_fields__)[: len(fields)] == list(fields)
     assert {key: getattr(read, key) for key in constants} == constants
+
+
+def test_an_estimate_fills_every_field_of_the_state() -> None:
+    health = Health(1.0, 4, 10, 0, Rejection.NONE, (0,) * len(Rejection))
+    told = {
+        field.name: Quantity(1.0, 0.1) if field.type is Quantity else 0
+        for field in dataclasses.fields(BeltEstimate)
+    }
+    estimate = BeltEstimate(
+        **told
+        | {
+            "health": dataclasses.replace(health, fit=Fit(Consistency.CONSISTENT, 1.1, 0.4, 1.25)),
+            "reserve": Reserve(Quantity(60.0, 4.0), 0.02),
+            "lost_traction": LostTraction(0.9, 0.7, 0.1),
+        }
+    )
+    fields = state_fields("a_drive", estimate)
+
+    state = belt_typestore().types["belt_msgs/msg/BeltState"]
+    names = [
+        name
+        for name, field in state.__dataclass_fields__.items()
+        if "ClassVar" not in str(field.type)
+    ]
+    assert sorted(fields) == sorted(set(names) - {"header"})
+    expected = {
+        "capacity_torque": 60.0,
+        "capacity_torque_stddev": 4.0,
+        "gross_slip_probability_at_peak_load": 0.02,
+        "traction_lost_probability": 0.9,
+        "tension_lost_probability": 0.7,
+        "friction_lost_probability": 0.1,
+        "fit": 1,
+        "fit_mean": 1.1,
+        "fit_lowest": 0.4,
+        "fit_highest": 1.25,
+    }
+    assert {name: fields[name] for name in expected} == expected

@@ -8,10 +8,13 @@ import numpy as np
 from filterpy.kalman import UnscentedKalmanFilter
 from numpy.typing import NDArray
 
+from belt_ros.estimation.backward import cross_covariance
+from belt_ros.estimation.load_sensors import load_readings, observe
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read, step_direction
 from belt_ros.estimation.unscented import (
     GradedSigmaPoints,
+    lower_root,
     mean_and_deviation,
     moments,
     sigma_points,
@@ -56,8 +59,12 @@ def _predict_members(
     spread: _Floats,
     weights: _Floats,
     dt: float,
+    crosses: _Floats,
 ) -> tuple[_Floats, _Floats]:
-    """Fade and move each member by the process of its mode."""
+    """Fade and move each member by the process of its mode.
+
+    Covariances across the motion are written to `crosses` (members, n, n), unless it is empty.
+    """
     members, n = x.shape
     x_out = np.empty((members, n))
     p_out = np.empty((members, n, n))
@@ -70,10 +77,13 @@ def _predict_members(
             mean[i] = anchor[i] + memory[i] * (x[k, i] - anchor[i])
             for j in range(n):
                 p[i, j] = covariance[k, i, j] * memory[i] * memory[j]
-            p[i, i] += process.belt_variance[i]
+            p[i, i] += process.variance_before[i]
         along = step_direction(c, mean, dt)
-        moved = propagate(c, sigma_points_along(mean, p, order, spread, _PULL, along), dt)
-        x_out[k], p_out[k] = moments(moved, weights, process.motion_variance)
+        points = sigma_points_along(mean, p, order, spread, _PULL, along)
+        moved = propagate(c, points, dt)
+        x_out[k], p_out[k] = moments(moved, weights, process.variance_after)
+        if crosses.shape[0] > 0:
+            crosses[k] = cross_covariance(points, mean, moved, x_out[k], weights)
     return x_out, p_out
 
 
@@ -86,6 +96,70 @@ def _update_members(
     for k in range(x.shape[0]):
         x_out[k], p_out[k] = take_in(x[k], covariance[k], z, variance, seen)
     return x_out, p_out
+
+
+@compiled
+def _innovations_squared(
+    x: _Floats,
+    covariance: _Floats,
+    weights: _Floats,
+    z: _Floats,
+    variance: _Floats,
+    seen: _Places,
+) -> tuple[_Floats, _Floats]:
+    """Each member's innovation squared, normalised by the covariance of the sum.
+
+    Members are compared by what they predict. How uncertain each is of loads and noise says
+    nothing of the belt, and where that is misjudged, it would favour the most certain for ever.
+    """
+    count = z.size
+    spread = np.diag(variance)
+    for k in range(weights.size):
+        for i in range(count):
+            for j in range(count):
+                spread[i, j] += weights[k] * covariance[k, seen[i], seen[j]]
+    surprises = np.zeros(count)
+    for i in range(count):
+        for k in range(weights.size):
+            surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
+        surprises[i] = surprises[i] ** 2 / spread[i, i]
+    root = lower_root(spread)
+    squared = np.empty(weights.size)
+    whitened = np.empty(count)
+    for k in range(weights.size):
+        for i in range(count):
+            rest = z[i] - x[k, seen[i]]
+            for j in range(i):
+                rest -= root[i, j] * whitened[j]
+            whitened[i] = rest / root[i, i]
+        squared[k] = np.sum(whitened**2)
+    return squared, surprises
+
+
+@compiled
+def _observe_members(
+    c: DriveConstants,
+    x: _Floats,
+    covariance: _Floats,
+    order: _Places,
+    spread: _Floats,
+    weights: _Floats,
+    load: int,
+    z: float,
+    variance: float,
+) -> tuple[_Floats, _Floats, _Floats, _Floats]:
+    """Take a load into each member."""
+    members = x.shape[0]
+    x_out, p_out = x.copy(), covariance.copy()
+    innovation, foretold = np.empty(members), np.empty(members)
+    for k in range(members):
+        points = sigma_points(x[k], covariance[k], order, spread)
+        predicted = load_readings(c, points, read(c, points, 1.0))[:, load].copy()
+        seen = observe(x[k], covariance[k], points, weights, predicted, z, variance)
+        innovation[k], foretold[k] = seen.innovation, seen.variance
+        if seen.variance > 2.0 * variance:
+            x_out[k], p_out[k] = seen.x, seen.covariance
+    return x_out, p_out, innovation, foretold
 
 
 @compiled
@@ -115,14 +189,14 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
     ----------
     constants : DriveConstants
     anchor : ndarray
-        State (11,) to which what the belt is returns.
+        State (12,) to which what the belt is returns.
 
     Attributes
     ----------
     x : ndarray
-        States (members, 11).
+        States (members, 12).
     P : ndarray
-        Covariances (members, 11, 11).
+        Covariances (members, 12, 12).
     """
 
     x: _Floats
@@ -139,11 +213,25 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
         """Return the number of members."""
         return len(self.x)
 
-    def predict(self, dt: float, processes: tuple[Process, Process], mode: _Places) -> None:
+    def predict(
+        self,
+        dt: float,
+        processes: tuple[Process, Process],
+        mode: _Places,
+        *,
+        crosses: bool = False,
+    ) -> _Floats:
         """Advance every member by `dt` [s], by the process that its `mode`, 0 or 1, says.
 
         What fades does so first, and takes part in the motion that follows.
+
+        Returns
+        -------
+        ndarray
+            Covariances (members, 12, 12) of faded (row) and moved states, if `crosses` are asked
+            for; else (0, 12, 12).
         """
+        across = np.empty((len(self) if crosses else 0, STATES, STATES))
         self.x, self.P = _predict_members(
             self._constants,
             self.x,
@@ -155,22 +243,72 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
             POINTS.spread,
             POINTS.Wm,
             dt,
+            across,
         )
+        return across
 
     def fade(self, processes: tuple[Process, Process], mode: _Places) -> None:
         """Let what the belt is fade as in `predict`, without any motion."""
         memory = np.stack([process.memory for process in processes])[mode]
-        faded = np.stack([process.belt_variance for process in processes])[mode]
+        faded = np.stack([process.variance_before for process in processes])[mode]
         self.x = self._anchor + memory * (self.x - self._anchor)
         self.P = self.P * memory[:, :, None] * memory[:, None, :]
         self.P[:, range(STATES), range(STATES)] += faded
+
+    def innovations_squared(
+        self, weights: _Floats, z: _Floats, variance: _Floats, seen: _Places
+    ) -> tuple[_Floats, _Floats]:
+        """Squared innovations, normalised by the covariance of the sum.
+
+        `weights` (members,) sum to one; readings `z` of the states `seen` have `variance`.
+
+        Returns
+        -------
+        squared : ndarray
+            Of each member (members,), over all sensors.
+        surprises : ndarray
+            Of each sensor, that of the sum's mean.
+        """
+        squared, surprises = _innovations_squared(self.x, self.P, weights, z, variance, seen)
+        return squared, surprises
+
+    def observe_load(self, load: int, z: float, variance: float) -> tuple[_Floats, _Floats]:
+        """Take a reading `z` [N] of a `load_sensors.Load` into every member.
+
+        A member that knows the load better than its sensor does not learn from it: load cells err
+        in gain, which many readings do not average out.
+
+        Returns
+        -------
+        innovation, variance : ndarray
+            Of each member (members,).
+        """
+        self.x, self.P, innovation, spread = _observe_members(
+            self._constants,
+            self.x,
+            self.P,
+            POINTS.order,
+            POINTS.spread,
+            POINTS.Wm,
+            load,
+            z,
+            variance,
+        )
+        return innovation, spread
+
+    def begin_travel(self, variance: float) -> None:
+        """Count the rim travel from here, known to `variance` [m2]."""
+        self.x[:, Index.TRAVEL] = 0.0
+        self.P[:, Index.TRAVEL, :] = 0.0
+        self.P[:, :, Index.TRAVEL] = 0.0
+        self.P[:, Index.TRAVEL, Index.TRAVEL] = variance
 
     def update(self, z: _Floats, variance: _Floats, seen: _Places) -> None:
         """Take readings of the states `seen` into every member."""
         self.x, self.P = _update_members(self.x, self.P, z, variance, seen)
 
     def read(self, members: _Places, slowest: float) -> tuple[_Floats, _Floats]:
-        """Means and deviations (members, 11) of `state.Reading`, by unscented transform.
+        """Means and deviations (members, 12) of `state.Reading`, by unscented transform.
 
         `slowest` is the rim speed [m/s] below which slip is referred to it.
         """

@@ -28,6 +28,15 @@ class Knowledge(IntEnum):
     LEARNED = 2
 
 
+class Consistency(IntEnum):
+    """Whether innovations are as large as stated; the numbers are those of belt_msgs/BeltState."""
+
+    UNKNOWN = 0
+    CONSISTENT = 1
+    OVERCONFIDENT = 2
+    UNDERCONFIDENT = 3
+
+
 class Quantity(NamedTuple):
     """A value and its standard deviation, in the same unit."""
 
@@ -37,6 +46,38 @@ class Quantity(NamedTuple):
     def interval(self, sigmas: float = 1.96) -> tuple[float, float]:
         """Return the lower and upper bound at `sigmas` standard deviations (1.96: 95 %)."""
         return self.value - sigmas * self.stddev, self.value + sigmas * self.stddev
+
+
+UNKNOWN = Quantity(math.nan, math.nan)
+
+
+class Fit(NamedTuple):
+    """Mean innovation squared per degree of freedom, 1 if the filter is right, see `fit`."""
+
+    consistency: Consistency = Consistency.UNKNOWN
+    mean: float = 0.0  # [-], 0 while unknown, as are the limits
+    lowest: float = 0.0  # mean that still counts as consistent [-]
+    highest: float = 0.0
+
+
+class Reserve(NamedTuple):
+    """What the drive can carry."""
+
+    capacity_torque: Quantity = UNKNOWN  # [N m] on the driven pulley, at gross slip
+    gross_slip_probability_at_peak_load: float = 0.0  # [-], 0 if no peak load is set
+
+
+class LostTraction(NamedTuple):
+    """Probabilities that traction has been lost, and that one cause alone explains it [-]."""
+
+    traction: float = math.nan
+    tension: float = math.nan
+    friction: float = math.nan
+
+
+UNKNOWN_FIT = Fit()
+UNKNOWN_RESERVE = Reserve()
+UNKNOWN_LOSS = LostTraction()
 
 
 def probability_below(quantity: Quantity, limit: float) -> float:
@@ -69,6 +110,8 @@ class Health:
     resets: int
     last_rejection: Rejection
     rejections: tuple[int, ...]  # by Rejection
+    fit: Fit = UNKNOWN_FIT
+    sensor_fits: tuple[tuple[str, Fit], ...] = ()  # by sensor
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,3 +147,10 @@ class BeltEstimate:
     friction_stiffness_knowledge: Knowledge
     friction_coefficient_knowledge: Knowledge
     health: Health
+    reserve: Reserve = UNKNOWN_RESERVE
+    lost_traction: LostTraction = UNKNOWN_LOSS
+
+    @property
+    def capacity_torque(self) -> Quantity:
+        """Torque [N m] on the driven pulley at gross slip of the pulley that slips first."""
+        return self.reserve.capacity_torque

@@ -15,9 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.mechanics._compile import compiled
+
 _Floats = NDArray[np.float64]
 _NEGLIGIBLE = -18.0  # ln of the relative weight at which a member is dropped
 _REACH, _SPACING = 2.4, 0.75  # of the parts of a split: how far out, and how near, in deviations
+_WORTH_SPLITTING = 1.1  # how much wider a member must be
+_SPLIT_ABOVE = 1e-3  # weight of the heaviest
+_MOST_MEMBERS = 96
 _ALIKE = 0.1  # squared distance between members, per their own variance, at which they are merged
 
 
@@ -67,19 +72,55 @@ def split(component: Component, axis: int, ratio: float) -> list[Component]:
     ]
 
 
+def narrowed(
+    components: list[Component], axes: Sequence[int], widths: Sequence[float]
+) -> list[Component]:
+    """Split members along `axes` until none that matters is wider than `widths`.
+
+    So that a model that bends is nearly straight within each.
+    """
+    for axis, width in zip(axes, widths, strict=True):
+        best = max(component.log_weight for component in components)
+        parts: list[Component] = []
+        for component in sorted(components, key=lambda c: -c.log_weight):
+            ratio = width / math.sqrt(component.covariance[axis, axis])
+            light = component.log_weight < best + math.log(_SPLIT_ABOVE)
+            if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > _MOST_MEMBERS:
+                parts.append(component)
+            else:
+                parts += split(component, axis, ratio)
+        components = parts
+    return components
+
+
+@compiled
 def normalised(log_weights: _Floats) -> _Floats:
     """Weights that sum to one, from their logarithms."""
-    weights = np.exp(log_weights - np.max(log_weights))
-    return np.asarray(weights / np.sum(weights))
+    weights: _Floats = np.exp(log_weights - np.max(log_weights))
+    weights /= np.sum(weights)
+    return weights
 
 
+@compiled
 def mixture_moments(
     weights: _Floats, means: _Floats, covariances: _Floats
 ) -> tuple[_Floats, _Floats]:
     """Mean (n,) and covariance (n, n) of a sum of `weights` (k,), `means` (k, n), `covariances`."""
-    mean = weights @ means
-    spread = means - mean
-    return mean, np.tensordot(weights, covariances, 1) + (spread.T * weights) @ spread
+    count, n = means.shape
+    mean = np.zeros(n)
+    for k in range(count):
+        mean += weights[k] * means[k]
+    covariance = np.zeros((n, n))
+    for k in range(count):
+        for i in range(n):
+            away = means[k, i] - mean[i]
+            for j in range(i + 1):
+                spread = covariances[k, i, j] + away * (means[k, j] - mean[j])
+                covariance[i, j] += weights[k] * spread
+    for i in range(n):
+        for j in range(i):
+            covariance[j, i] = covariance[i, j]
+    return mean, covariance
 
 
 def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]:

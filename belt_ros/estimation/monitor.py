@@ -6,26 +6,33 @@ monitor then starts anew (a looping bag), forwards it resumes with what it knows
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
-from belt_ros.estimation.belt_filter import BeltFilter
+from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
+from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
 from belt_ros.estimation.estimate import (
     BeltEstimate,
     Health,
     Knowledge,
     Phase,
     Quantity,
+    Reserve,
     lognormal_quantity,
 )
-from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.fit import InnovationFit, SensorFits
+from belt_ros.estimation.gaussian_sum import Component, normalised
 from belt_ros.estimation.maintenance import Maintenance, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.memory import Learned, learned_from, restore
-from belt_ros.estimation.state import Index, Reading
+from belt_ros.estimation.overload import Capacity
+from belt_ros.estimation.readings import Readings
+from belt_ros.estimation.smoother import Smoother
+from belt_ros.estimation.state import STATES, Index, Reading
+from belt_ros.estimation.traction import Reference, traction_reference
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
@@ -37,6 +44,11 @@ _MISFIT_CLIP = 10.0  # a single surprise, such as a load step, is not sustained
 _LOST = 6.0  # sustained innovation per degree of freedom at which the filter counts as lost
 _GROSS_SLIP_MARGIN = 0.01
 _LEARNED = 0.5  # of the prior's standard deviation
+_SENSORS = ("driver speed", "driven speed", "driver torque", "driven torque", "positions")
+_SENSOR_OF = np.zeros(STATES, dtype=np.int64)  # by the state that it reads
+_SENSOR_OF[[Index.DRIVER_SPEED, Index.DRIVEN_SPEED]] = 0, 1
+_SENSOR_OF[[Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE, Index.TRAVEL]] = 2, 3, 4
+_TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,12 +56,13 @@ class MonitorOutput:
     """What came of one measurement.
 
     `estimate` is the present one, None before the first accepted measurement; `alarm` is None
-    unless the alarm has changed.
+    unless the alarm has changed, `calibration` unless one has just ended.
     """
 
     rejection: Rejection
     estimate: BeltEstimate | None
     alarm: AlarmStatus | None
+    calibration: CalibrationResult | None = None
 
 
 class BeltMonitor:
@@ -64,12 +77,15 @@ class BeltMonitor:
         drift: Drift | None = None,
         limits: SensorLimits | None = None,
         alarm: AlarmSettings | None = None,
+        turns: tuple[float, float] = (_TURN, _TURN),
     ) -> None:
         self.name = name
         self.limits = limits or SensorLimits()
         self.alarm = SlipAlarm(name, alarm or AlarmSettings())
-        self._filter = BeltFilter(drive, prior or Prior(), noise or SensorNoise(), drift or Drift())
+        noise = noise or SensorNoise()
+        self._filter = BeltFilter(drive, prior or Prior(), noise, drift or Drift(), turns)
         self._drive = drive
+        self._calibration = Calibration(drive, noise)
         self._belief: list[Component] | None = None  # to start from
         self._driver_radius = drive.driver.radius
         self._driven_radius = drive.driven.radius
@@ -88,6 +104,10 @@ class BeltMonitor:
         self._jumps = 0
         self._travel_lost = 0.0
         self._travel_deviation = 0.0
+        self._fit = InnovationFit()
+        self._sensor_fits = SensorFits(_SENSORS)
+        self._capacity: Capacity | None = None
+        self._reference = self._traction_reference(self._belief)
 
     @property
     def estimate(self) -> BeltEstimate | None:
@@ -96,7 +116,10 @@ class BeltMonitor:
 
     @property
     def health(self) -> Health:
-        """Counts and fit, also before the first estimate."""
+        """Counts and fit, also before the first estimate; here with the fit of every sensor."""
+        return replace(self._brief_health(), sensor_fits=self._sensor_fits.fits)
+
+    def _brief_health(self) -> Health:
         return Health(
             innovation_squared=self._innovation[0],
             degrees_of_freedom=self._innovation[1],
@@ -104,7 +127,27 @@ class BeltMonitor:
             resets=self._resets,
             last_rejection=self._last_rejection,
             rejections=tuple(self._rejections),
+            fit=self._fit.fit,
         )
+
+    def gross_slip_probability_at(self, torque: float) -> float:
+        """Probability [-] that the belt slips at a torque [N m] on the driven pulley.
+
+        Of the present belief; 0 before the first estimate.
+        """
+        return 0.0 if self._capacity is None else self._capacity.gross_slip_probability_at(torque)
+
+    def load_at_probability(self, probability: float) -> float:
+        """Torque [N m] at which the belt slips with a probability; NaN before the first estimate.
+
+        Raises
+        ------
+        ValueError
+            Unless 0 < `probability` < 1.
+        """
+        if self._capacity is None:
+            return math.nan
+        return self._capacity.load_at_probability(probability)
 
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
@@ -117,8 +160,9 @@ class BeltMonitor:
         self, noise: SensorNoise, drift: Drift, limits: SensorLimits, alarm: AlarmSettings
     ) -> None:
         """Go on with other noise, drift, limits and alarm thresholds, keeping all that is known."""
-        self._filter.noise = noise
-        self._filter.drift = drift
+        self._filter.retune(noise, drift)
+        if not self._calibration.running:
+            self._calibration = Calibration(self._drive, noise)
         self.limits = limits
         self.alarm.settings = alarm
 
@@ -141,9 +185,7 @@ class BeltMonitor:
         """
         f = self._filter
         restored = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
-        self._belief = restored.components
-        if self._estimate is not None:
-            f.adopt_belief(restored.components)
+        self._adopt(restored.components)
         return restored.note
 
     def maintain(self, maintenance: Maintenance) -> str:
@@ -152,10 +194,48 @@ class BeltMonitor:
         known = self._belief if self._estimate is None else f.belief()
         prior = Component(0.0, f.prior_mean.copy(), np.diag(f.prior_stddev**2))
         done = maintained(known or [prior], maintenance, f.prior_mean, f.prior_stddev)
-        self._belief = done.components
-        if self._estimate is not None:
-            f.adopt_belief(done.components)
+        self._adopt(done.components)
         return done.message
+
+    def _adopt(self, belief: list[Component]) -> None:
+        """Start, or go on, from another belief, with which traction is compared from now on."""
+        self._belief = belief
+        self._reference = self._traction_reference(belief)
+        if self._estimate is not None:
+            self._filter.adopt_belief(belief)
+
+    def _traction_reference(self, belief: list[Component] | None) -> Reference:
+        f = self._filter
+        mean = f.prior_mean
+        if belief:
+            weights = normalised(np.array([c.log_weight for c in belief]))
+            mean = weights @ np.stack([c.mean for c in belief])
+        return traction_reference(
+            f.constants,
+            float(mean[Index.LOG_TENSION]),
+            float(mean[Index.LOG_FRICTION]),
+            float(f.prior_stddev[Index.LOG_FRICTION]),
+        )
+
+    def calibrate(self) -> bool:
+        """Begin to calibrate the radius ratio, at no load; whether that is possible now.
+
+        The result comes with the output of a later measurement.
+        """
+        if self._estimate is None:
+            return False
+        self._calibration.begin(self._estimate.stamp_ns)
+        return True
+
+    def smoother(self) -> Smoother:
+        """Return a smoother that hears of all measurements to come; call `finish` at the end."""
+        smoother = Smoother(self._filter.prior_mean, Index.LOG_TENSION, MERGE_AXES)
+        self._filter.record(smoother)
+        return smoother
+
+    def finish(self) -> None:
+        """Tell the smoother that no more measurements come."""
+        self._filter.finish()
 
     def acknowledge(self) -> AlarmStatus | None:
         """Release the alarm's latch; return its status, None before the first estimate."""
@@ -173,6 +253,8 @@ class BeltMonitor:
         if reason is not Rejection.NONE:
             return self.reject(reason)
         if self._estimate is None:
+            if any(map(math.isnan, measurement.speeds)):
+                return self.reject(Rejection.INCOMPLETE)
             self._filter.start(measurement, self._belief)
         else:
             reason = self._advance(measurement)
@@ -180,7 +262,11 @@ class BeltMonitor:
                 return self.reject(reason)
         self._accepted += 1
         self._estimate = self._describe(measurement.stamp_ns)
-        return MonitorOutput(Rejection.NONE, self._estimate, self.alarm.update(self._estimate))
+        calibrated = self._calibration.take(measurement, self._estimate)
+        if calibrated is not None and calibrated.ratio_bias is not None:
+            self._adopt(with_ratio_bias(self._filter.belief(), calibrated.ratio_bias))
+        alarm = self.alarm.update(self._estimate)
+        return MonitorOutput(Rejection.NONE, self._estimate, alarm, calibrated)
 
     def _advance(self, measurement: Measurement) -> Rejection:
         """Move the filter to `measurement` and take it in, if its stamp and value allow."""
@@ -194,15 +280,25 @@ class BeltMonitor:
         innovation = self._filter.predict(measurement)
         if not innovation <= _GATE:
             self._gated += 1
-            if self._gated <= _GATED_AT_MOST:
+            incomplete = any(map(math.isnan, measurement.speeds))
+            if self._gated <= _GATED_AT_MOST or incomplete:
                 return Rejection.GATED
             self._filter.resume(measurement)
         else:
-            self._innovation = self._filter.update(measurement)
+            self._innovation = self._filter.update()
+            self._judge_fit(dt)
         self._gated = 0
         surprise = min(innovation, _MISFIT_CLIP) - self._misfit
         self._misfit -= math.expm1(-dt / _MISFIT_MEMORY) * surprise
         return Rejection.NONE
+
+    def _judge_fit(self, dt: float) -> None:
+        """Compare innovations with what they should be; at standstill they say nothing."""
+        standing = self._estimate is not None and self._estimate.phase is Phase.STANDSTILL
+        self._fit.update(*((0.0, 0) if standing else self._innovation), dt)
+        f = self._filter
+        seen = _SENSOR_OF[f.seen[:0] if standing else f.seen]
+        self._sensor_fits.update(seen, f.surprises, dt)
 
     def _jump(self, measurement: Measurement, *, forward: bool) -> Rejection:
         """Believe a jump in time once several stamps follow it."""
@@ -214,6 +310,8 @@ class BeltMonitor:
         self._jump_ns = stamp
         if self._jumps < _JUMPS_TO_BELIEVE:
             return Rejection.OUT_OF_ORDER
+        if any(map(math.isnan, measurement.speeds)):
+            return Rejection.INCOMPLETE
         self._jump_ns = None
         if forward:
             self._filter.resume(measurement)
@@ -261,8 +359,16 @@ class BeltMonitor:
             tension_knowledge=self._knowledge(Index.LOG_TENSION),
             friction_stiffness_knowledge=self._knowledge(Index.LOG_STIFFNESS),
             friction_coefficient_knowledge=self._knowledge(Index.LOG_FRICTION),
-            health=self.health,
+            health=self._brief_health(),
+            reserve=self._reserve(readings),
+            lost_traction=f.lost_traction(self._reference),
         )
+
+    def _reserve(self, readings: Readings) -> Reserve:
+        capacity = self._capacity = readings.capacity(Reading.CAPACITY)
+        peak = self.limits.peak_load
+        at_peak = capacity.gross_slip_probability_at(peak) if peak > 0.0 else 0.0
+        return Reserve(capacity.torque, at_peak)
 
     def _accumulate(self, stamp_ns: int, slip_speed: Quantity) -> Quantity:
         """Integrate the slip speed [m/s] to rim travel lost [m]."""

@@ -13,22 +13,28 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior
 from belt_ros.estimation.state import STATES, Index
+from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]
-_CHANGE_RATE = 0.5  # of ln tension while the tension is changing [1/sqrt(s)] ...
+_CHANGE_RATE = 0.5  # of ln tension and ln mu while traction is changing [1/sqrt(s)] ...
 _CHANGE_SPREAD = 0.4  # ... and how far from the prior that may lead, standard deviation
 _RECENT = 0.05  # [s] over which the rate of winding is taken
 _COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
+_LEAST_PULL_ACTIVITY = 0.001
+_KNEE = 3.0  # how much more than the tension creep changes, near the knee
+# Compiled code wants plain integers.
+DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
+PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 
 
 class Process(NamedTuple):
     """What a step adds to the law of motion, per state."""
 
-    memory: _Floats  # share of the distance from the prior that is kept (11,)
-    belt_variance: _Floats  # added to what the belt is, before the motion (11,)
-    motion_variance: _Floats  # added to what moves, after it (11,)
+    memory: _Floats  # share of the distance from the prior that is kept (12,)
+    variance_before: _Floats  # added before the motion (12,): belt, torques
+    variance_after: _Floats  # added after it (12,): pull
 
 
 def lognormal(mean: float, stddev: float) -> tuple[float, float]:
@@ -38,7 +44,7 @@ def lognormal(mean: float, stddev: float) -> tuple[float, float]:
 
 
 def prior_state(prior: Prior, drive: BeltDrive) -> tuple[_Floats, _Floats]:
-    """Mean and standard deviation (11,) of the state before the first measurement."""
+    """Mean and standard deviation (12,) of the state before the first measurement."""
     log_tension, log_tension_stddev = lognormal(prior.tension, prior.tension_stddev)
     log_friction, log_friction_stddev = lognormal(
         prior.friction_coefficient, prior.friction_coefficient_stddev
@@ -100,58 +106,83 @@ class UndevelopedCreep:
         return renewed, behind + (missed / max(speed, missed) if missed > 0.0 else 0.0)
 
 
-def drift_process(
-    drift: Drift,
-    spread: _Floats,
-    tension_scale: float,
-    constants: DriveConstants,
-    load_activity: float,
-    undeveloped: tuple[float, float],
-    dt: float,
-    *,
-    changing: bool,
-) -> Process:
-    """Return what `dt` [s] adds to the law of motion.
+class Wander(NamedTuple):
+    """What every step takes of `Drift` and priors; rows: traction is settled, it is changing."""
+
+    forgetting: _Floats  # (2, 12) [1/s]
+    spread: _Floats  # of the prior (2, 12)
+    torque: float  # greatest wander of a torque [N m/sqrt(s)]
+    pull: float  # greatest wander of the pull beside its law of motion [N/sqrt(s)]
+    creep: float  # wander of creep at a steady load, relative [1/sqrt(s)]
+
+
+def drift_wander(
+    drift: Drift, spread: _Floats, tension_scale: float, constants: DriveConstants
+) -> Wander:
+    """Return what steps take of a drift.
 
     Parameters
     ----------
     drift : Drift
     spread : ndarray
-        Prior standard deviations (11,).
+        Prior standard deviations (12,).
     tension_scale : float
         Tension [N] to which the wander of pull and torques is relative.
     constants : DriveConstants
-    load_activity : float
-        How fast torques and pull wander, relative to `drift.torque` and `drift.pull`.
+    """
+    spreads = np.stack([spread, spread])
+    rates = np.zeros_like(spreads)
+    rates[:, Index.LOG_TENSION] = drift.tension
+    rates[:, Index.LOG_STIFFNESS] = drift.friction_stiffness
+    rates[:, Index.LOG_FRICTION] = drift.friction_coefficient
+    # A tensioner that slips and oil on a pulley look alike: blame neither beforehand.
+    for index in (Index.LOG_TENSION, Index.LOG_FRICTION):
+        spreads[1, index] = max(spread[index], _CHANGE_SPREAD)
+        rates[1, index] = _CHANGE_RATE
+    forgetting = np.zeros_like(spreads)
+    np.divide(0.5 * rates**2, spreads**2, out=forgetting, where=rates > 0.0)
+    forgetting[:, Index.CREEP_ERROR] = 1.0 / drift.creep_error_time
+    return Wander(
+        forgetting,
+        spreads,
+        drift.torque * tension_scale * constants.driver_radius,
+        drift.pull * tension_scale,
+        math.hypot(
+            math.sqrt(2.0 / drift.creep_error_time) * float(spread[Index.CREEP_ERROR]),
+            _KNEE * drift.tension,
+            drift.friction_stiffness,
+        ),
+    )
+
+
+@compiled
+def drift_processes(
+    wander: Wander,
+    activity: _Floats,
+    undeveloped: tuple[float, float],
+    dt: float,
+) -> tuple[Process, Process]:
+    """Return what `dt` [s] adds to the law of motion: traction is settled, it is changing.
+
+    Parameters
+    ----------
+    wander : Wander
+    activity : ndarray
+        Wander of the driver's and the driven pulley's torque, relative to the greatest; above one
+        in a jump.
     undeveloped : tuple of float
         From `UndevelopedCreep.advance`.
     dt : float
-    changing : bool
-        Whether the tension is changing now.
     """
-    spread = spread.copy()
-    rate = np.zeros(STATES)  # of forgetting [1/s]
-    if changing:
-        spread[Index.LOG_TENSION] = _CHANGE_SPREAD
-    wander = {
-        Index.LOG_TENSION: _CHANGE_RATE if changing else drift.tension,
-        Index.LOG_STIFFNESS: drift.friction_stiffness,
-        Index.LOG_FRICTION: drift.friction_coefficient,
-    }
-    for index, per_second in wander.items():
-        rate[index] = 0.5 * (per_second / spread[index]) ** 2
-    rate[Index.CREEP_ERROR] = 1.0 / drift.creep_error_time
-    renewed, spread[Index.UNDEVELOPED] = undeveloped
-    memory = np.exp(-rate * dt)
-    memory[Index.UNDEVELOPED] = 1.0 - renewed
-    forgotten = -np.expm1(-2.0 * rate * dt)
-    forgotten[Index.UNDEVELOPED] = renewed * (2.0 - renewed)
-    belt_variance = spread**2 * forgotten
-    variance = np.zeros(STATES)
-    # A torque that wanders within dt also moves its pulley, and with it the pull.
-    torque = (load_activity * drift.torque * tension_scale * constants.driver_radius) ** 2 * dt
-    variance[Index.DRIVER_TORQUE] = variance[Index.DRIVEN_TORQUE] = torque
-    variance[Index.DRIVER_SPEED] = torque * (dt / constants.driver_inertia) ** 2 / 3.0
-    variance[Index.DRIVEN_SPEED] = torque * (dt / constants.driven_inertia) ** 2 / 3.0
-    variance[Index.PULL] = (load_activity * drift.pull * tension_scale) ** 2 * dt
-    return Process(memory, belt_variance, variance)
+    renewed, deviation = undeveloped
+    memory = np.exp(-wander.forgetting * dt)
+    variance = -np.expm1(-2.0 * wander.forgetting * dt) * wander.spread**2
+    memory[:, UNDEVELOPED] = 1.0 - renewed
+    variance[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
+    # Torques wander before the motion, so that within the same step the pull follows them.
+    variance[:, DRIVER_TORQUE] = (activity[0] * wander.torque) ** 2 * dt
+    variance[:, DRIVEN_TORQUE] = (activity[1] * wander.torque) ** 2 * dt
+    motion = np.zeros(STATES)
+    pull = min(max(activity[0], activity[1], _LEAST_PULL_ACTIVITY), 1.0)
+    motion[PULL] = (pull * wander.pull) ** 2 * dt
+    return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.estimate import Quantity, probability_below
+from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.state import Reading
 
 _Floats = NDArray[np.float64]
@@ -30,3 +31,7 @@ class Readings:
         )
         each = [probability_below(Quantity(*pair), limit) for pair in pairs]
         return float(self._weights @ np.array(each))
+
+    def capacity(self, place: Reading) -> Capacity:
+        """Return the distribution of a reading that is a torque at gross slip."""
+        return Capacity(self._weights, self._means[:, place], self._deviations[:, place])

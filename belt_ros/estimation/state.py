@@ -1,9 +1,10 @@
 """The estimator's state vector, its law of motion and what can be read off it, compiled.
 
-Eleven numbers: what moves (speeds, pull, torques from outside), what the belt is (logarithms of
-tension, kf and mu, which are positive and may be uncertain by decades), and how far the model may
-be trusted (radius-ratio bias, relative error of the predicted creep, and slip beside it while creep
-develops on the arcs after a change of load).
+Twelve numbers: what moves (speeds, pull, torques from outside), what the belt is (logarithms of
+tension, kf and mu, which are positive and may be uncertain by decades), how far the model may be
+trusted (radius-ratio bias, relative error of the predicted creep, and slip beside it while creep
+develops on the arcs after a change of load), and the rim travel that one pulley is ahead of the
+other, which is what position sensors see.
 
 The transmitted pull is a state of its own, so torque is linear in it, and all sensors read states
 directly. What the belt is shows only through the creep that unwinds the spans.
@@ -57,6 +58,7 @@ class Index(IntEnum):
     RATIO_BIAS = 8  # [-]
     CREEP_ERROR = 9  # [-]
     UNDEVELOPED = 10  # [-]
+    TRAVEL = 11  # R2 theta2 - R1 theta1 since positions were first read, radii as told [m]
 
 
 class Reading(IntEnum):
@@ -73,6 +75,7 @@ class Reading(IntEnum):
     DRIVER_TRANSITION = 8  # [rad]
     MARGIN = 9
     SLIP_SPEED = 10  # v2 - v1 [m/s]
+    CAPACITY = 11  # torque at gross slip on the driven pulley [N m]
 
 
 STATES = len(Index)
@@ -138,12 +141,15 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
         out[i, 0] = moved.driver_speed
         out[i, 1] = moved.driven_speed
         out[i, 2] = moved.pull
+        turned2 = row[0] + moved.driver_speed
+        turned1 = row[1] + moved.driven_speed
+        out[i, 11] += 0.5 * dt * (c.driver_radius * turned2 - c.driven_radius * turned1)
     return out
 
 
 @compiled
 def step_direction(c: DriveConstants, state: _Floats, dt: float) -> _Floats:
-    """Gradient (11,), in the state, of the pull that a step of `dt` [s] without creep leads to.
+    """Gradient (12,), in the state, of the pull that a step of `dt` [s] without creep leads to.
 
     Scaled to 1 in the pull. States that do not change this sum, tension, kf, mu or the creep's
     error hardly change the step.
@@ -230,4 +236,5 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
         out[i, 8] = giving if at.forward else receiving
         out[i, 9] = 1.0 - at.pull / at.capacity if at.capacity > 0.0 else 0.0
         out[i, 10] = v2 - v1
+        out[i, 11] = at.capacity * c.driven_radius
     return out

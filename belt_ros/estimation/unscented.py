@@ -39,24 +39,40 @@ def _with_sum(covariance: _Floats, at: int, along: _Floats) -> _Floats:
 
 
 @compiled
-def _root(p: _Floats, order: _Places) -> _Floats:
-    """Cholesky factor in `order`, a column a row, its entries in the places of the states."""
+def lower_root(p: _Floats) -> _Floats:
+    """Lower Cholesky factor; a pivot that rounding has made too small is lifted."""
     n = p.shape[0]
+    lower = np.zeros((n, n))
     scale = np.empty(n)
     for i in range(n):
-        scale[i] = math.sqrt(max(p[order[i], order[i]], 1e-300))
-    lower = np.zeros((n, n))
-    columns = np.zeros((n, n))
-    for i in range(n):
+        scale[i] = math.sqrt(max(p[i, i], 1e-300))
         for j in range(i + 1):
-            rest = p[order[i], order[j]] / (scale[i] * scale[j])
+            rest = p[i, j] / (scale[i] * scale[j])
             for k in range(j):
                 rest -= lower[i, k] * lower[j, k]
             if i == j:
                 lower[i, i] = math.sqrt(max(rest, _SMALLEST_PIVOT))
             else:
                 lower[i, j] = rest / lower[j, j]
-            columns[j, order[i]] = scale[i] * lower[i, j]
+    for i in range(n):
+        for j in range(i + 1):
+            lower[i, j] *= scale[i]
+    return lower
+
+
+@compiled
+def _root(p: _Floats, order: _Places) -> _Floats:
+    """Cholesky factor in `order`, a column a row, its entries in the places of the states."""
+    n = p.shape[0]
+    ordered = np.empty((n, n))
+    for i in range(n):
+        for j in range(n):
+            ordered[i, j] = p[order[i], order[j]]
+    lower = lower_root(ordered)
+    columns = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            columns[j, order[i]] = lower[i, j]
     return columns
 
 

@@ -37,7 +37,13 @@ def measurement_from_joint_state(
     if len(message.name) > _MOST_JOINTS or stamp.sec < 0 or stamp.nanosec >= _SECOND:
         return Rejection.MALFORMED
     return measurement_from_joints(
-        driver, driven, nanoseconds(stamp), message.name, message.velocity, message.effort
+        driver,
+        driven,
+        nanoseconds(stamp),
+        message.name,
+        message.velocity,
+        message.effort,
+        message.position,
     )
 
 

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Phase, Rejection, Severity
+from belt_ros.estimation.fit import worst_sensor
 from belt_ros.node.input_meter import InputReport
 
 REJECTION_ADVICE: dict[Rejection, str] = {
@@ -96,11 +97,21 @@ def _drive_values(estimate: BeltEstimate, alarm: AlarmStatus | None) -> dict[str
         ("kf [N/m2]", estimate.friction_stiffness),
         ("friction coefficient [-]", estimate.friction_coefficient),
         ("margin [-]", estimate.margin),
+        ("capacity torque [N m]", estimate.capacity_torque),
     ):
         name, _, unit = key.partition(" [")
         values[key] = quantity.value
         values[f"{name} stddev [{unit}"] = quantity.stddev
     values["gross slip probability [-]"] = estimate.gross_slip_probability
+    reserve, lost, fit = estimate.reserve, estimate.lost_traction, estimate.health.fit
+    values["gross slip probability at peak load [-]"] = reserve.gross_slip_probability_at_peak_load
+    values["traction lost probability [-]"] = lost.traction
+    values["tension lost probability [-]"] = lost.tension
+    values["friction lost probability [-]"] = lost.friction
+    values["fit"] = fit.consistency
+    values["fit mean [-]"] = fit.mean
+    values["fit lowest [-]"] = fit.lowest
+    values["fit highest [-]"] = fit.highest
     values["alarm severity"] = Severity.NORMAL if alarm is None else alarm.severity
     values["alarm latched severity"] = Severity.NORMAL if alarm is None else alarm.latched_severity
     values["alarms raised"] = 0 if alarm is None else alarm.count
@@ -119,7 +130,7 @@ def input_status(
 
     Counts are since start or reset, rates and times of the period that `report` is about.
     """
-    level, message = _judge_input(topic, report, greatest_gap)
+    level, message = _judge_input(topic, report, health, greatest_gap)
     values: dict[str, float] = {
         "input rate [Hz]": report.rate,
         "latency mean [ms]": 1e3 * report.latency_mean,
@@ -133,10 +144,14 @@ def input_status(
     for reason, count in zip(Rejection, health.rejections, strict=True):
         if reason is not Rejection.NONE:
             values[f"rejected {_words(reason)}"] = count
+    for sensor, fit in health.sensor_fits:
+        values[f"fit {sensor} mean [-]"] = fit.mean
     return _status(f"{node_name}: {drive_name} input", drive_name, level, message, values)
 
 
-def _judge_input(topic: str, report: InputReport, greatest_gap: float) -> tuple[bytes, str]:
+def _judge_input(
+    topic: str, report: InputReport, health: Health, greatest_gap: float
+) -> tuple[bytes, str]:
     if report.silence > greatest_gap:
         return (
             DiagnosticStatus.STALE,
@@ -151,6 +166,18 @@ def _judge_input(topic: str, report: InputReport, greatest_gap: float) -> tuple[
             DiagnosticStatus.ERROR if every else DiagnosticStatus.WARN,
             f"{'all' if every else 'some'} measurements rejected ({_words(reason)}): "
             f"{REJECTION_ADVICE[reason]}",
+        )
+    return _judge_fit(health)
+
+
+def _judge_fit(health: Health) -> tuple[bytes, str]:
+    worst = worst_sensor(health.sensor_fits)
+    if worst is not None:
+        sensor, fit = worst
+        return (
+            DiagnosticStatus.WARN,
+            f"{sensor} fits worst: its squared errors are {fit.mean:.2g} times those expected; "
+            "check it and its noise.* in the parameters, and the pulleys' scales and inertias",
         )
     return DiagnosticStatus.OK, "every measurement is used"
 

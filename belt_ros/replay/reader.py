@@ -165,4 +165,5 @@ class JointStateBag:
             message.name,
             message.velocity,
             message.effort,
+            message.position,
         )

@@ -133,6 +133,7 @@ def scenario_from_mapping(values: Mapping[str, object], settings: DriveSettings)
     strong = 2.0 * float(torque_capacity(settings.drive, tension))
     strong *= settings.drive.driver.radius / settings.drive.driven.radius
     noise = dataclasses.asdict(settings.noise)
+    del noise["position_absolute"]  # the rig's encoders are exact but for counting, unless told
     scenario = Scenario(
         name=head["name"],
         duration=head["duration"],

@@ -1,5 +1,6 @@
 """A scenario run offline, as fast as it goes: stamps, joint states and the truth behind them."""
 
+import dataclasses
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -7,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from belt_ros.estimation import Measurement, measurement_from_joints
+from belt_ros.mechanics.constants import drive_constants
 from belt_ros.rig.plant import Plant
 from belt_ros.rig.scenario import Scenario
-from belt_ros.rig.sensors import JointSample, Sensors
+from belt_ros.rig.sensors import JointSample, LoadSensors, Sensors
 from belt_ros.rig.truth import Truth
 from belt_ros.settings import DriveSettings
 
@@ -35,7 +37,7 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
     start_ns : int
         Stamp of the first sample [ns].
     """
-    plant_random, sensor_random = np.random.default_rng(scenario.seed).spawn(2)
+    plant_random, sensor_random, _ = _generators(scenario)
     period = 1.0 / scenario.sample_rate
     steps = math.ceil(period / _LONGEST_STEP)
     dt = period / steps
@@ -62,8 +64,21 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
         )
 
 
-def measured(settings: DriveSettings, scenario: Scenario) -> Iterator[tuple[Measurement, Truth]]:
-    """Run a scenario; give what an estimator reads from its joint states, and the truth."""
+def _generators(scenario: Scenario) -> list[np.random.Generator]:
+    """Return those of plant, joint sensors and load sensors, independent of one another."""
+    return np.random.default_rng(scenario.seed).spawn(3)
+
+
+def measured(
+    settings: DriveSettings, scenario: Scenario, *, loads: bool = False
+) -> Iterator[tuple[Measurement, Truth]]:
+    """Run a scenario; give what an estimator reads from its joint states, and the truth.
+
+    With `loads`, hub loads and span tension are measured too.
+    """
+    load_sensors = LoadSensors(
+        drive_constants(settings.drive), scenario.sensors, _generators(scenario)[2]
+    )
     for sample in simulate(settings, scenario):
         joints = sample.joints
         measurement = measurement_from_joints(
@@ -73,6 +88,11 @@ def measured(settings: DriveSettings, scenario: Scenario) -> Iterator[tuple[Meas
             joints.names,
             joints.velocities,
             joints.efforts,
+            joints.positions,
         )
         assert isinstance(measurement, Measurement), "the rig's joint states are complete"
+        if loads:
+            measurement = dataclasses.replace(
+                measurement, **load_sensors.measure(sample.truth)._asdict()
+            )
         yield measurement, sample.truth

@@ -3,10 +3,12 @@
 import dataclasses
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from belt_ros.estimation import BeltEstimate, Health, Knowledge, Phase, Quantity, Rejection
+from belt_ros.estimation.estimate import LostTraction, Reserve
 from belt_ros.estimation.state import STATES, Index, Reading, read
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.motion import Condition, Motion
@@ -41,6 +43,7 @@ class Truth:
     driven_transition_angle: float  # [rad]
     driver_transition_angle: float  # [rad]
     margin: float  # [-]
+    capacity_torque: float  # at gross slip [N m]
 
     @property
     def pull(self) -> float:
@@ -104,6 +107,7 @@ def read_truth(
         driven_transition_angle=values[Reading.DRIVEN_TRANSITION],
         driver_transition_angle=values[Reading.DRIVER_TRANSITION],
         margin=margin,
+        capacity_torque=values[Reading.CAPACITY],
     )
 
 
@@ -130,7 +134,7 @@ _QUANTITIES = tuple(
 
 def as_estimate(truth: Truth, stamp_ns: int) -> BeltEstimate:
     """Return the truth as an estimate without doubt: standard deviations of 0, all learned."""
-    quantities = {name: Quantity(getattr(truth, name), 0.0) for name in _QUANTITIES}
+    quantities: dict[str, Any] = {name: Quantity(getattr(truth, name), 0.0) for name in _QUANTITIES}
     return BeltEstimate(
         stamp_ns=stamp_ns,
         phase=truth.phase,
@@ -141,4 +145,6 @@ def as_estimate(truth: Truth, stamp_ns: int) -> BeltEstimate:
         friction_stiffness_knowledge=Knowledge.LEARNED,
         friction_coefficient_knowledge=Knowledge.LEARNED,
         health=Health(0.0, 0, 0, 0, Rejection.NONE, (0,) * len(Rejection)),
+        reserve=Reserve(Quantity(truth.capacity_torque, 0.0)),
+        lost_traction=LostTraction(0.0, 0.0, 0.0),
     )

@@ -1,92 +1,64 @@
-"""Judge the estimator: a grid of drives, finite element plants, and other estimators beside it.
+"""Judge the estimator: grid, life, finite element plants, cost, and other estimators beside it.
 
 Runs are appended to a results file, and what it holds is not run again; --fresh begins anew.
+Tables, pictures and the page of results are made from all that the file holds; --runs 0 makes just
+them.
 """
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
-from benchmarks.estimation import campaign, elements, grid, peers, peers_report, report, store
-from benchmarks.estimation.campaign import Job
-from benchmarks.estimation.judged import Row
+from matplotlib.figure import Figure
 
-
-class Campaign(NamedTuple):
-    """What one sub-command does."""
-
-    name: str
-    title: str
-    about: str
-    runs: int  # of each cell, unless asked otherwise
-    jobs: Callable[[int, str], list[Job]]
-    sections: Callable[[list[Row]], list[str]]
-
-
-CAMPAIGNS = (
-    Campaign(
-        "grid",
-        "The estimator on a grid of kf and load",
-        "Three belts, five kf, four peak loads (shares of the true capacity), two levels of noise. "
-        "A run is 10 s at 100 Hz of a drive drawn from the priors (ln T 0.3, ln kf 0.7, ln mu "
-        "0.05, creep error 3 %, ratio bias 2e-4) that wanders as the drift parameters say, judged "
-        "at 3.7, 6.7 and 9.9 s. The estimator's model is the rig's. That the load is a share of "
-        "the true capacity is what no estimator is told, so exact inference need not hold 95 % in "
-        "every cell, near capacity least of all; the particles in estimation_peers.md are the "
-        "measure. z: error over stated deviation; +/-: 95 %, taking all instants of a run as one.",
-        6,
-        grid.jobs,
-        report.grid_sections,
-    ),
-    Campaign(
-        "elements",
-        "The estimator on finite element plants",
-        "The belt is simulated node by node (40 elements on half a pulley) between fixed centres, "
-        "6 s at 200 Hz, judged at 2.1, 3.9 and 5.9 s; a run is one draw of the priors about the "
-        "truth and of the noise.",
-        8,
-        elements.jobs,
-        report.elements_sections,
-    ),
-    Campaign(
-        "peers",
-        "The estimator beside others",
-        "The same draws for all, some cells of the grid. Processor time of one core; a step "
-        "includes reading quantities and deviations off the filter, but for the particles. "
-        "Extended, unscented and particle filter have the estimator's state, process and rules for "
-        "the load's noise; the tension is settled for them.",
-        1,
-        peers.jobs,
-        peers_report.sections,
-    ),
-)
+from belt_ros.figures.style import save
+from benchmarks.estimation import campaign, page, report, store
+from benchmarks.estimation.campaign import Keyed
+from benchmarks.estimation.campaigns import CAMPAIGNS, Campaign
 
 
 def main() -> None:
-    """Run one campaign, and write its tables."""
+    """Run one campaign; write its tables, its pictures and its part of the page."""
     asked = _arguments()
     chosen = next(each for each in CAMPAIGNS if each.name == asked.campaign)
+    print(_run(chosen, asked))
+
+
+def _run(chosen: Campaign, asked: argparse.Namespace) -> str:
     runs = chosen.runs if asked.runs is None else asked.runs
-    path: Path = asked.out / f"estimation_{chosen.name}.csv"
+    workers = 1 if chosen.alone else asked.workers
+    out: Path = asked.out
+    path = out / f"estimation_{chosen.name}.csv"
     if asked.fresh:
         path.unlink(missing_ok=True)
-    rows = campaign.run(chosen.jobs(runs, asked.cells), path, asked.workers, chosen.name)
+    rows = campaign.run(chosen.jobs(runs, asked.cells), path, workers, chosen.name, chosen.form)
     rows = [row for row in rows if asked.cells in row.case]
     if not rows:
         raise SystemExit(f"no cell's name contains {asked.cells!r}")
-    text = [
-        f"# {chosen.title}",
-        "",
-        chosen.about,
-        "",
-        *chosen.sections(rows),
-        "",
-        report.made_with(chosen.name, rows),
-    ]
+    body = _body(chosen, rows)
     if not asked.cells:
-        path.with_suffix(".md").write_text("\n".join(text) + "\n", encoding="utf-8")
-    print("\n".join(text))
+        _write(chosen, rows, body, out)
+    return body
+
+
+def _body(chosen: Campaign, rows: list[Keyed]) -> str:
+    made = report.made_with(chosen.name, rows)
+    return "\n".join([chosen.about, "", *chosen.sections(rows), "", made]) + "\n"
+
+
+def _write(chosen: Campaign, rows: list[Keyed], body: str, out: Path) -> None:
+    """Write tables and pictures; those of another folder stay away from the documentation."""
+    name = f"estimation_{chosen.name}.md"
+    (out / name).write_text(f"# {chosen.title}\n\n{body}", encoding="utf-8")
+    ours = out == store.RESULTS
+    shown = ""
+    for file, made in chosen.files(rows).items():
+        if isinstance(made, Figure):
+            save(made, (page.IMAGES if ours else out) / file)
+            shown += f"![{made.get_suptitle()}](images/{file})\n\n"
+        else:
+            (out / file).write_text(made, encoding="utf-8")
+    if ours:
+        page.renew(page.PAGE, name, shown + body)
 
 
 def _arguments() -> argparse.Namespace:

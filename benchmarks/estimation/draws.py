@@ -2,36 +2,58 @@
 
 import dataclasses
 import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation import Measurement
 from belt_ros.estimation.process import lognormal
 from belt_ros.mechanics import torque_capacity
+from belt_ros.rig import Truth
 from belt_ros.rig.profile import Profile
 from belt_ros.rig.scenario import Scenario, scenario_from_mapping
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.cells import BELTS, Cell
 
-DURATION = 10.0  # [s]
-JUDGED_AT = (3.7, 6.7, 9.9)  # [s], each late in one level of the load
+DURATION = 8.0  # [s]
+RATE = 50.0  # [Hz]
+JUDGED_AT = (3.1, 5.4, 7.9)  # [s], each late in one level of the load
 _SPEED_UP = 0.8  # [s]
-_LEVELS_BEGIN = (1.3, 3.9, 6.9)  # [s]; idle before the first
+_LEVELS_BEGIN = (1.1, 3.2, 5.5)  # [s]; idle before the first
 _QUICK, _SLOW = 0.2, 1.5  # [s] to get to a level; one of them is got to slowly
 _WALK_STEP = 0.1  # [s] between the points of a walk
 
 _Floats = NDArray[np.float64]
 
 
-def drawn_scenario(cell: Cell, settings: DriveSettings, seed: int) -> Scenario:
-    """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
+class Condition(NamedTuple):
+    """What the belt is over a run: tension [N], mu and kf [N/m2], each (n,), at `times` (n,)."""
 
-    The levels of the load are shares of the true capacity when they begin, the greatest that of the
-    cell.
-    """
-    random = np.random.default_rng([cell.seed, seed])
+    times: _Floats
+    tension: _Floats
+    friction: _Floats
+    stiffness: _Floats
+
+    def capacity(self, settings: DriveSettings, time: float, speed: float) -> float:
+        """Greatest torque [N m] at `time` [s]."""
+        friction = float(np.interp(time, self.times, self.friction))
+        drive = dataclasses.replace(
+            settings.drive,
+            driven=dataclasses.replace(settings.drive.driven, friction_coefficient=friction),
+            driver=dataclasses.replace(settings.drive.driver, friction_coefficient=friction),
+        )
+        tension = float(np.interp(time, self.times, self.tension))
+        return float(torque_capacity(drive, tension, speed))
+
+
+def drawn_condition(
+    random: np.random.Generator, settings: DriveSettings, duration: float
+) -> Condition:
+    """Draw a belt from its prior, and let it wander for `duration` [s] as the drift says."""
     prior, drift = settings.prior, settings.drift
-    times = np.arange(0.0, DURATION + _WALK_STEP, _WALK_STEP)
+    times = np.arange(0.0, duration + _WALK_STEP, _WALK_STEP)
     tension = _walk(random, *lognormal(prior.tension, prior.tension_stddev), drift.tension, times)
     friction = _walk(
         random,
@@ -46,25 +68,58 @@ def drawn_scenario(cell: Cell, settings: DriveSettings, seed: int) -> Scenario:
         drift.friction_stiffness,
         times,
     )
+    return Condition(times, tension, friction, stiffness)
+
+
+def scenario_of(
+    random: np.random.Generator,
+    settings: DriveSettings,
+    condition: Condition,
+    values: dict[str, object],
+) -> Scenario:
+    """Return a scenario with this belt, its other errors drawn from the prior."""
+    prior = settings.prior
+    drawn: dict[str, object] = {
+        "seed": float(random.integers(2**32)),
+        "condition.tension": float(condition.tension[0]),
+        "condition.ratio_bias": prior.ratio_bias_stddev * float(random.standard_normal()),
+        "condition.creep_error_stddev": prior.creep_error_stddev,
+        "condition.creep_error_time": settings.drift.creep_error_time,
+    }
+    scenario = scenario_from_mapping({**drawn, **values}, settings)
+    walks = (Profile(tuple(condition.times), tuple(walk)) for walk in condition[1:])
+    return dataclasses.replace(scenario, profiles=(*scenario.profiles[:2], *walks))
+
+
+def drawn_scenario(
+    cell: Cell, settings: DriveSettings, seed: int, *, rate: float = RATE
+) -> Scenario:
+    """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
+
+    The levels of the load are shares of the true capacity when they begin, the greatest that of the
+    cell. `rate` [Hz] changes nothing but how often the sensors speak.
+    """
+    random = np.random.default_rng([cell.seed, seed])
+    condition = drawn_condition(random, settings, DURATION)
     speed = BELTS[cell.belt].speed
-    capacities = [
-        _capacity(settings, np.interp(t, times, tension), np.interp(t, times, friction), speed)
-        for t in _LEVELS_BEGIN
-    ]
+    capacities = [condition.capacity(settings, t, speed) for t in _LEVELS_BEGIN]
     values: dict[str, object] = {
         "name": cell.name,
         "duration": DURATION,
-        "seed": float(random.integers(2**32)),
+        "sample_rate": rate,
         "speed": [[0.0, 0.0], [_SPEED_UP, speed]],
         "load": _load(random, cell.peak, capacities),
-        "condition.tension": float(tension[0]),
-        "condition.ratio_bias": prior.ratio_bias_stddev * float(random.standard_normal()),
-        "condition.creep_error_stddev": prior.creep_error_stddev,
-        "condition.creep_error_time": drift.creep_error_time,
     }
-    scenario = scenario_from_mapping(values, settings)
-    walks = (Profile(tuple(times), tuple(walk)) for walk in (tension, friction, stiffness))
-    return dataclasses.replace(scenario, profiles=(*scenario.profiles[:2], *walks))
+    return scenario_of(random, settings, condition, values)
+
+
+def speeds_and_torques(
+    samples: Iterable[tuple[Measurement, Truth]],
+) -> Iterator[tuple[Measurement, Truth]]:
+    """Leave out all other sensors, so that every estimator has the same data."""
+    for m, truth in samples:
+        speeds, torques = (m.driver_speed, m.driven_speed), (m.driver_torque, m.driven_torque)
+        yield Measurement(m.stamp_ns, *speeds, *torques), truth
 
 
 def _walk(
@@ -77,15 +132,6 @@ def _walk(
     for i in range(1, times.size):
         away[i] = memory * away[i - 1] + math.sqrt(1.0 - memory**2) * random.standard_normal()
     return np.exp(mean + spread * away)
-
-
-def _capacity(settings: DriveSettings, tension: float, friction: float, speed: float) -> float:
-    drive = dataclasses.replace(
-        settings.drive,
-        driven=dataclasses.replace(settings.drive.driven, friction_coefficient=friction),
-        driver=dataclasses.replace(settings.drive.driver, friction_coefficient=friction),
-    )
-    return float(torque_capacity(drive, tension, speed))
 
 
 def _load(random: np.random.Generator, peak: float, capacities: list[float]) -> list[list[float]]:

@@ -3,7 +3,7 @@
 from belt_ros.rig import measured
 from benchmarks.estimation.campaign import Job
 from benchmarks.estimation.cells import Cell, all_cells, cell_settings
-from benchmarks.estimation.draws import JUDGED_AT, drawn_scenario
+from benchmarks.estimation.draws import JUDGED_AT, drawn_scenario, speeds_and_torques
 from benchmarks.estimation.judged import Own, Row, judge
 
 METHOD = "belt_ros"
@@ -12,7 +12,7 @@ METHOD = "belt_ros"
 def run_cell(cell: Cell, seed: int) -> list[Row]:
     """Judge the estimator on one draw of a cell."""
     settings = cell_settings(cell)
-    samples = measured(settings, drawn_scenario(cell, settings, seed))
+    samples = speeds_and_torques(measured(settings, drawn_scenario(cell, settings, seed)))
     return judge(Own(settings), samples, JUDGED_AT, METHOD, cell.name, seed)
 
 

@@ -8,9 +8,12 @@ from pathlib import Path
 from statistics import fmean
 from typing import NamedTuple, Protocol
 
+import numpy as np
+
 import belt_ros
 from belt_ros.estimation import BeltEstimate, BeltMonitor, Measurement, Quantity
 from belt_ros.estimation.estimate import log_spread
+from belt_ros.mechanics import Tensioning
 from belt_ros.rig.truth import Truth
 from belt_ros.settings import DriveSettings
 
@@ -33,6 +36,7 @@ class Row(NamedTuple):
     sources: str
     errors: tuple[float, ...]  # estimate less truth, as `QUANTITIES`
     stddevs: tuple[float, ...]  # stated; NaN where none is
+    nees: float = math.nan  # per degree of freedom, of `PARAMETERS` together; NaN: not known
 
 
 class Estimator(Protocol):
@@ -50,6 +54,8 @@ class Own:
 
     def __init__(self, settings: DriveSettings) -> None:
         self._monitor: BeltMonitor = settings.monitor()
+        # Elsewhere what is held, which is what is learned, is not what the truth tells: the mean.
+        self._mean_is_held = settings.drive.tensioning is Tensioning.CONSTANT_MEAN
 
     def step(self, measurement: Measurement) -> None:
         """Take in a measurement."""
@@ -60,6 +66,21 @@ class Own:
         estimate = self._monitor.estimate
         assert estimate is not None, "the rig's first measurement is a good one"
         return of_estimate(estimate)
+
+    def nees(self, true: dict[str, float]) -> float:
+        """Error squared of `PARAMETERS`, normalised by their covariance, per degree of freedom.
+
+        NaN for a drive of which something other than the mean tension is held.
+        """
+        learned = self._monitor.learned(0.0)
+        if learned is None or not self._mean_is_held:
+            return math.nan
+        weights, count = learned.weights, len(PARAMETERS)
+        mean = weights @ learned.means
+        about = learned.means - mean
+        covariance = np.tensordot(weights, learned.covariances, 1) + (about.T * weights) @ about
+        error = mean[:count] - [true[name] for name in PARAMETERS]
+        return float(error @ np.linalg.solve(covariance[:count, :count], error)) / count
 
 
 def of_estimate(estimate: BeltEstimate) -> Quantities:
@@ -102,14 +123,16 @@ def judge(
 ) -> list[Row]:
     """Run an estimator over the samples of a drive; judge it at `instants` [s]."""
     waiting = list(instants)
-    found: list[tuple[float, Quantities, dict[str, float]]] = []
+    found: list[tuple[float, Quantities, dict[str, float], float]] = []
     seconds: list[float] = []
     for measurement, truth in samples:
         began = time.process_time()
         estimator.step(measurement)
         seconds.append(time.process_time() - began)
         if waiting and measurement.stamp_ns >= waiting[0] * 1e9:
-            found.append((waiting.pop(0), estimator.quantities(), of_truth(truth)))
+            true = of_truth(truth)
+            nees = estimator.nees(true) if isinstance(estimator, Own) else math.nan
+            found.append((waiting.pop(0), estimator.quantities(), true, nees))
     cost = fmean(seconds[_WARM_UP:]) * 1e6
     return [
         Row(
@@ -121,8 +144,9 @@ def judge(
             SOURCES,
             tuple(quantities[name].value - true[name] for name in QUANTITIES),
             tuple(quantities[name].stddev for name in QUANTITIES),
+            nees,
         )
-        for instant, quantities, true in found
+        for instant, quantities, true, nees in found
     ]
 
 

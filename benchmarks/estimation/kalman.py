@@ -12,7 +12,7 @@ from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import STATES
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.judged import QUANTITIES, Quantities
-from benchmarks.estimation.model import SENSED, ModelFilter, by_name
+from benchmarks.estimation.model import CARRIED, SENSED, ModelFilter, by_name
 
 _Floats = NDArray[np.float64]
 _Function = Callable[[_Floats], _Floats]
@@ -21,7 +21,7 @@ _DIFFERENCE = 0.01  # of numerical Jacobians, in standard deviations
 
 
 class Gaussian(NamedTuple):
-    """Mean (11,) and covariance (11, 11)."""
+    """Mean (CARRIED,) and covariance (CARRIED, CARRIED)."""
 
     mean: _Floats
     covariance: _Floats
@@ -30,7 +30,7 @@ class Gaussian(NamedTuple):
 def faded(belief: Gaussian, process: Process, anchor: _Floats) -> Gaussian:
     """Let what the belt is fade towards its prior."""
     memory = process.memory
-    covariance = belief.covariance * np.outer(memory, memory) + np.diag(process.belt_variance)
+    covariance = belief.covariance * np.outer(memory, memory) + np.diag(process.variance_before)
     return Gaussian(anchor + memory * (belief.mean - anchor), covariance)
 
 
@@ -59,7 +59,7 @@ class Extended(ModelFilter[Gaussian]):
         steps = _DIFFERENCE * np.sqrt(np.diag(covariance))
         offsets = np.diag(steps)
         values = function(np.vstack([mean, mean + offsets, mean - offsets]))
-        differences = values[1 : 1 + STATES] - values[1 + STATES :]
+        differences = values[1 : 1 + CARRIED] - values[1 + CARRIED :]
         return values[0], (differences / (2.0 * steps[:, None])).T
 
     def _begin(self, mean: _Floats, covariance: _Floats) -> None:
@@ -78,7 +78,7 @@ class Extended(ModelFilter[Gaussian]):
         self._belief = faded(self._belief, process, self.model.mean)
         mean, jacobian = self._linearised(lambda states: self.model.moved(states, dt))
         covariance = jacobian @ self._belief.covariance @ jacobian.T
-        self._belief = Gaussian(mean, covariance + np.diag(process.motion_variance))
+        self._belief = Gaussian(mean, covariance + np.diag(process.variance_after))
 
     def _foretold(self, z: _Floats, variance: _Floats) -> tuple[_Floats, _Floats]:
         mean, covariance = self._belief
@@ -88,7 +88,7 @@ class Extended(ModelFilter[Gaussian]):
         mean, covariance = self._belief
         innovation, expected = self._foretold(z, variance)
         gain = np.linalg.solve(expected, covariance[SENSED]).T
-        kept = np.eye(STATES)
+        kept = np.eye(CARRIED)
         kept[:, SENSED] -= gain
         covariance = kept @ covariance @ kept.T + (gain * variance) @ gain.T
         self._belief = Gaussian(mean + gain @ innovation, 0.5 * (covariance + covariance.T))
@@ -102,7 +102,7 @@ class Stock(ModelFilter[Gaussian]):
 
     def __init__(self, settings: DriveSettings) -> None:
         super().__init__(settings)
-        self._filter = _stock(lambda x, dt: self.model.moved(x, dt)[0])
+        self._filter = stock(lambda x, dt: self.model.moved(x, dt)[0], CARRIED)
         self._broken = False
         self._quantities: Quantities = {}
 
@@ -143,7 +143,7 @@ class Stock(ModelFilter[Gaussian]):
     def _predict(self, process: Process, dt: float) -> None:
         f = self._filter
         f.x, f.P = faded(Gaussian(f.x, f.P), process, self.model.mean)
-        f.Q = np.diag(process.motion_variance)
+        f.Q = np.diag(process.variance_after)
         f.predict(dt=dt)
 
     def _foretold(self, z: _Floats, variance: _Floats) -> tuple[_Floats, _Floats]:
@@ -158,7 +158,7 @@ class Empty:
     """filterpy's unscented filter of the same size with nothing in its model: the unit of time."""
 
     def __init__(self) -> None:
-        self._filter = _stock(lambda x, _dt: x)
+        self._filter = stock(lambda x, _dt: x, STATES)
         self._filter.R = np.eye(len(SENSED))
 
     def step(self, measurement: Measurement) -> None:
@@ -186,6 +186,7 @@ def nothing() -> Quantities:
     return by_name(blank, blank)
 
 
-def _stock(motion: _Motion) -> UnscentedKalmanFilter:
-    points = MerweScaledSigmaPoints(STATES, alpha=1.0, beta=2.0, kappa=0.0)
-    return UnscentedKalmanFilter(STATES, len(SENSED), 0.01, lambda x: x[SENSED], motion, points)
+def stock(motion: _Motion, states: int) -> UnscentedKalmanFilter:
+    """Return filterpy's unscented filter of this many states, with this law of motion."""
+    points = MerweScaledSigmaPoints(states, alpha=1.0, beta=2.0, kappa=0.0)
+    return UnscentedKalmanFilter(states, len(SENSED), 0.01, lambda x: x[SENSED], motion, points)

@@ -1,10 +1,9 @@
 """The estimator's own model, for filters of other kinds: its law of motion, process and sensors.
 
-The process noise follows the load by the rules of `belt_ros.estimation.belt_filter`: fitted to how
-well torque is foretold, and set back when the load has jumped. The tension is taken as settled.
+The process noise follows the load by the rules of `belt_ros.estimation.belt_filter`. The tension is
+taken as settled; travel, which only positions tell, is left out.
 """
 
-import math
 from abc import ABC, abstractmethod
 from typing import Generic, TypeVar
 
@@ -12,22 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation import Measurement, Quantity
-from belt_ros.estimation.process import Process, UndevelopedCreep, drift_process, prior_state
-from belt_ros.estimation.state import Index, Reading, propagate, read
+from belt_ros.estimation.load import LoadWander
+from belt_ros.estimation.process import (
+    Process,
+    UndevelopedCreep,
+    drift_processes,
+    drift_wander,
+    prior_state,
+)
+from belt_ros.estimation.state import STATES, Index, Reading, propagate, read
 from belt_ros.mechanics.constants import drive_constants
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.judged import QUANTITIES, Quantities
 
 _Floats = NDArray[np.float64]
 _State = TypeVar("_State")
+CARRIED = int(Index.TRAVEL)  # states, all before it
 SENSED = np.array(
     [Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE],
     dtype=np.int64,
 )
 _READ = (Reading.SLIP, Reading.TIGHT_TENSION, Reading.SLACK_TENSION, Reading.MARGIN)
 _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load has jumped
-_LOAD_MEMORY = 0.3  # [s]
-_LEAST_ACTIVITY = 0.01
+_JUMPING = np.ones(2)
+_SLOW = 0.1  # rim speed [m/s] below which the slip's wander no longer shrinks with it
 
 
 class DriveModel:
@@ -35,22 +42,31 @@ class DriveModel:
 
     def __init__(self, settings: DriveSettings) -> None:
         self.constants = drive_constants(settings.drive)
-        self.mean, self.stddev = prior_state(settings.prior, settings.drive)
+        mean, spread = prior_state(settings.prior, settings.drive)
+        self.mean, self.stddev = mean[:CARRIED], spread[:CARRIED]
         self._settings = settings
+        self._wander = drift_wander(settings.drift, spread, settings.prior.tension, self.constants)
+        self._load = LoadWander()
 
-    def process(self, activity: float, undeveloped: tuple[float, float], dt: float) -> Process:
-        """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
-        scale = self._settings.prior.tension
-        return drift_process(
-            self._settings.drift,
-            self.stddev,
-            scale,
-            self.constants,
-            activity,
-            undeveloped,
+    def activity(self, z: _Floats, variance: _Floats, dt: float) -> _Floats:
+        """Follow the load by readings of `SENSED`: how fast each torque (2,) wanders."""
+        c, torque = self.constants, self._wander.torque
+        radii = np.array([c.driver_radius, -c.driven_radius])
+        ahead = radii @ z[:2]
+        speed = max(abs(c.driver_radius * z[0]), _SLOW)
+        strain = speed * torque / (c.driver_radius * c.axial_stiffness)
+        return self._load.follow(
+            np.append(z[2:], ahead),
+            np.append(variance[2:], radii**2 @ variance[:2]),
+            np.array([torque, torque, strain]),
+            np.array([0.0, 0.0, self._wander.creep * abs(ahead)]),
             dt,
-            changing=False,
         )
+
+    def process(self, activity: _Floats, undeveloped: tuple[float, float], dt: float) -> Process:
+        """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
+        settled, _ = drift_processes(self._wander, activity, undeveloped, dt)
+        return Process(*(row[:CARRIED] for row in settled))
 
     def sensed(self, measurement: Measurement) -> tuple[_Floats, _Floats]:
         """Readings (4,) of the states `SENSED`, and their variances."""
@@ -69,14 +85,21 @@ class DriveModel:
 
     def moved(self, states: _Floats, dt: float) -> _Floats:
         """Advance rows of states by `dt` [s]."""
-        return propagate(self.constants, np.atleast_2d(states), dt)
+        return propagate(self.constants, _whole(np.atleast_2d(states)), dt)[:, :CARRIED]
 
     def judged(self, states: _Floats) -> _Floats:
         """Rows of states to rows of `QUANTITIES`."""
-        readings = read(self.constants, states, self._settings.limits.standstill_speed)
+        readings = read(self.constants, _whole(states), self._settings.limits.standstill_speed)
         tension = np.log(np.maximum(readings[:, Reading.MEAN_TENSION], 1e-9))
         parameters = (states[:, Index.LOG_STIFFNESS], tension, states[:, Index.LOG_FRICTION])
         return np.column_stack([readings[:, _READ], *parameters])
+
+
+def _whole(states: _Floats) -> _Floats:
+    """Rows of all states, no travel."""
+    rows = np.zeros((len(states), STATES))
+    rows[:, :CARRIED] = states
+    return rows
 
 
 class ModelFilter(ABC, Generic[_State]):
@@ -86,7 +109,6 @@ class ModelFilter(ABC, Generic[_State]):
         self.model = DriveModel(settings)
         self._creep = UndevelopedCreep(self.model.constants)
         self._stamp_ns: int | None = None
-        self._activity = 1.0
 
     def step(self, measurement: Measurement) -> None:
         """Take in a measurement."""
@@ -109,18 +131,15 @@ class ModelFilter(ABC, Generic[_State]):
         mean = self._mean()
         speed = abs(float(mean[Index.DRIVER_SPEED])) * self.model.constants.driver_radius
         undeveloped = self._creep.advance(float(mean[Index.PULL]), speed, dt)
+        activity = self.model.activity(z, variance, dt)
         before = self._state()
-        self._predict(self.model.process(self._activity, undeveloped, dt), dt)
+        self._predict(self.model.process(activity, undeveloped, dt), dt)
         innovation, covariance = self._foretold(z, variance)
         if innovation @ np.linalg.solve(covariance, innovation) > _SURPRISE * len(z):
             self._restore(before)
-            self._activity = 1.0
-            self._predict(self.model.process(1.0, undeveloped, dt), dt)
-            innovation, covariance = self._foretold(z, variance)
+            activity = np.maximum(activity, _JUMPING)
+            self._predict(self.model.process(activity, undeveloped, dt), dt)
         self._update(z, variance)
-        surprise = float(np.mean((innovation**2 / np.diag(covariance))[2:]))
-        fitted = math.exp((min(surprise, _SURPRISE) - 1.0) * dt / _LOAD_MEMORY)
-        self._activity = min(max(self._activity * fitted, _LEAST_ACTIVITY), 1.0)
 
     @abstractmethod
     def quantities(self) -> Quantities:
@@ -132,7 +151,7 @@ class ModelFilter(ABC, Generic[_State]):
 
     @abstractmethod
     def _mean(self) -> _Floats:
-        """Mean (11,)."""
+        """Mean (CARRIED,)."""
 
     @abstractmethod
     def _state(self) -> _State:

@@ -3,7 +3,7 @@
 Particles carry (ln T, ln kf, ln mu), in which the model bends; given these, the other eight states
 are nearly linear, and each particle carries a Gaussian of them (Rao-Blackwell). When weights have
 become uneven, particles are drawn anew and moved a little (Liu and West), their Gaussians with them
-by regression, so that mean and covariance of the whole stay.
+by regression, so that mean and covariance of the whole stay. A sharp reading is taken in by parts.
 """
 
 from typing import NamedTuple
@@ -18,19 +18,21 @@ from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.judged import Quantities
-from benchmarks.estimation.model import SENSED, ModelFilter, by_name
+from benchmarks.estimation.model import CARRIED, SENSED, ModelFilter, by_name
 
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
 _BENT = np.array([Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION], dtype=np.int64)
-_STRAIGHT = np.array([index for index in Index if index not in _BENT], dtype=np.int64)
+_STRAIGHT = np.array([i for i in range(CARRIED) if i not in _BENT], dtype=np.int64)
 _SENSED = np.searchsorted(_STRAIGHT, SENSED)
 _FEWEST = 0.5  # effective share of particles below which they are drawn anew
-_KERNEL = 0.1  # standard deviation of what moves them then, relative to their own
+_BEARABLE = 0.3  # effective share below which a reading is taken in little by little ...
+_LEAST_SHARE = 1e-4  # ... and no less than which
+_KERNEL = 0.25  # standard deviation of what moves them then, relative to their own
 
 
 class Cloud(NamedTuple):
-    """Particles: ln weights (n,), states (n, 11), covariances (n, 8, 8) of the straight states."""
+    """Particles: ln weights (n,), states (n, CARRIED), covariances (n, 8, 8) of straight states."""
 
     log_weights: _Floats
     states: _Floats
@@ -41,15 +43,15 @@ class Cloud(NamedTuple):
 def motion_jacobian(
     c: DriveConstants, state: _Floats, pull_step: float, error_step: float, dt: float
 ) -> tuple[_Floats, _Floats]:
-    """Advance a state (11,); return it and the Jacobian (3, 8) of what moves by `_STRAIGHT`.
+    """Advance a state (CARRIED,); return it and the Jacobian (3, 8) of what moves by `_STRAIGHT`.
 
     The new pull depends on speeds, torques, bias and undeveloped creep as on the wind-up that they
     amount to (`step_motion`), but for the belt's inertia and the speed of creep, to which speeds
     that are measured add nothing. So two differences, by the old pull and by the creep error, give
     the whole.
     """
-    rows = np.empty((3, state.shape[0]))
-    rows[:] = state
+    rows = np.zeros((3, STATES))
+    rows[:, :CARRIED] = state
     rows[1, 2] += pull_step
     rows[2, 9] += error_step
     moved = propagate(c, rows, dt)
@@ -73,7 +75,7 @@ def motion_jacobian(
     jacobian[1, 1] += 1.0
     jacobian[0, 3] += dt / c.driver_inertia
     jacobian[1, 4] += dt / c.driven_inertia
-    return moved[0], jacobian
+    return moved[0, :CARRIED], jacobian
 
 
 @compiled
@@ -121,7 +123,7 @@ def _taken_in(
 
 @compiled
 def _drawn(states: _Floats, covariances: _Floats, straight: _Places, normal: _Floats) -> _Floats:
-    """Draw one state (11,) of each particle."""
+    """Draw one state (CARRIED,) of each particle."""
     count, n = normal.shape
     out = states.copy()
     order, unit, zero = np.arange(n), np.ones(n), np.zeros(n)
@@ -131,6 +133,12 @@ def _drawn(states: _Floats, covariances: _Floats, straight: _Places, normal: _Fl
             for j in range(n):
                 out[k, straight[j]] += normal[k, i] * points[1 + i, j]
     return out
+
+
+def _effective(log_weights: _Floats) -> float:
+    """Effective number of particles over their number."""
+    weights = np.exp(log_weights - np.max(log_weights))
+    return float(np.sum(weights) ** 2 / np.sum(weights**2) / len(weights))
 
 
 class Particles(ModelFilter[Cloud]):
@@ -148,7 +156,7 @@ class Particles(ModelFilter[Cloud]):
         super().__init__(settings)
         self._count = count
         self._random = np.random.default_rng([seed, count])
-        self._cloud = Cloud(np.zeros(0), np.zeros((0, STATES)), np.zeros((0, 8, 8)))
+        self._cloud = Cloud(np.zeros(0), np.zeros((0, CARRIED)), np.zeros((0, 8, 8)))
 
     def quantities(self) -> Quantities:
         """Return what is known now."""
@@ -182,7 +190,7 @@ class Particles(ModelFilter[Cloud]):
 
     def _predict(self, process: Process, dt: float) -> None:
         log_weights, states, covariances = self._cloud
-        memory, variance = process.memory, process.belt_variance
+        memory, variance = process.memory, process.variance_before
         states = self.model.mean + memory * (states - self.model.mean)
         normal = self._random.standard_normal((self._count, len(_BENT)))
         states[:, _BENT] += np.sqrt(variance[_BENT]) * normal
@@ -194,7 +202,7 @@ class Particles(ModelFilter[Cloud]):
                 self.model.constants,
                 states,
                 covariances,
-                np.diag(process.motion_variance[_STRAIGHT]),
+                np.diag(process.variance_after[_STRAIGHT]),
                 dt,
             ),
         )
@@ -207,20 +215,34 @@ class Particles(ModelFilter[Cloud]):
         return z - weights @ self._cloud.states[:, SENSED], covariance + np.diag(variance)
 
     def _update(self, z: _Floats, variance: _Floats) -> None:
-        log_weights, states, covariances = self._cloud
         # As in the estimator: the load's noise is a guess, by which particles must not be weighed.
-        spread = covariances[:, _SENSED[:, None], _SENSED]
+        spread = self._cloud.covariances[:, _SENSED[:, None], _SENSED]
         expected = np.tensordot(self._weights(), spread, 1) + np.diag(variance)
-        innovations = z - states[:, SENSED]
-        whitened = np.linalg.solve(expected, innovations.T).T
-        log_weights = log_weights - 0.5 * np.sum(innovations * whitened, axis=1)
+        left = 1.0
+        while left > 0.0:
+            left -= self._weigh(z, expected, left)
+        log_weights, states, covariances = self._cloud
         self._cloud = Cloud(
-            log_weights - np.max(log_weights),
-            *_taken_in(states, covariances, _STRAIGHT, z, variance, _SENSED),
+            log_weights, *_taken_in(states, covariances, _STRAIGHT, z, variance, _SENSED)
         )
-        weights = self._weights()
-        if _FEWEST * self._count * np.sum(weights**2) > 1.0:
-            self._draw_anew(weights)
+
+    def _weigh(self, z: _Floats, expected: _Floats, left: float) -> float:
+        """Weigh particles by as much of a likelihood as they bear, `left` at most; return it.
+
+        A reading that few particles explain is taken in little by little, with new ones drawn in
+        between; all at once would leave copies of those few.
+        """
+        log_weights, states, covariances = self._cloud
+        innovations = z - states[:, SENSED]
+        squared = np.sum(innovations.T * np.linalg.solve(expected, innovations.T), axis=0)
+        share = left
+        while share > _LEAST_SHARE and _effective(log_weights - 0.5 * share * squared) < _BEARABLE:
+            share *= 0.5
+        log_weights = log_weights - 0.5 * share * squared
+        self._cloud = Cloud(log_weights - np.max(log_weights), states, covariances)
+        if _effective(log_weights) < _FEWEST:
+            self._draw_anew(self._weights())
+        return share
 
     def _draw_anew(self, weights: _Floats) -> None:
         """Resample systematically, and move what is then alike apart."""

@@ -7,14 +7,14 @@ from belt_ros.rig import measured
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.campaign import Job
 from benchmarks.estimation.cells import Cell, cell_settings, some_cells
-from benchmarks.estimation.draws import JUDGED_AT, drawn_scenario
+from benchmarks.estimation.draws import JUDGED_AT, drawn_scenario, speeds_and_torques
 from benchmarks.estimation.judged import Estimator, Own, Row, judge
 from benchmarks.estimation.kalman import Empty, Extended, Stock
 from benchmarks.estimation.particle import Particles
 from benchmarks.estimation.today import Today
 
 OWN, EMPTY = "belt_ros", "filterpy UKF, empty"
-PARTICLES = (1000, 2000, 4000)
+PARTICLES = (2000, 4000, 8000)
 
 Maker = Callable[[DriveSettings, int], Estimator]
 
@@ -36,7 +36,7 @@ METHODS: dict[str, Maker] = {
 def run_method(method: str, cell: Cell, seed: int) -> list[Row]:
     """Judge one method on one draw of a cell."""
     settings = cell_settings(cell)
-    samples = measured(settings, drawn_scenario(cell, settings, seed))
+    samples = speeds_and_torques(measured(settings, drawn_scenario(cell, settings, seed)))
     return judge(METHODS[method](settings, seed), samples, JUDGED_AT, method, cell.name, seed)
 
 

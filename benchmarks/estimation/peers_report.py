@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.estimation.cells import BELTS, PEAKS
 from benchmarks.estimation.judged import QUANTITIES, Row
 from benchmarks.estimation.peers import EMPTY, METHODS, OWN, PARTICLES
-from benchmarks.estimation.report import label, table
+from benchmarks.estimation.report import label, table, verdicts
 from benchmarks.estimation.statistics import TWO_SIDED_95
 
 _Floats = NDArray[np.float64]
@@ -16,6 +16,8 @@ _COMPARED = ("slip", "tight_tension", "margin", "ln_kf")
 _PLACES = [QUANTITIES.index(name) for name in _COMPARED]
 _MARGIN = _COMPARED.index("margin")
 _RESAMPLES = 2000
+_WORSE = 1.2  # than the reference, at most
+_SAME = 0.05  # by which doubling the particles may change errors
 
 
 class Runs:
@@ -54,9 +56,44 @@ def sections(rows: list[Row]) -> list[str]:
         "",
         *_errors(runs),
     ]
-    if counted:
+    if len(counted) > 1:
+        best, half = runs[counted[-1]], runs[counted[-2]]
+        lines = [*_verdicts(runs[OWN], best, half, counted[-1]), "", *lines]
         lines += ["", *_against(runs, counted[-1]), "", *_ratios(runs, counted[-1])]
     return lines
+
+
+def _verdicts(own: Runs, best: Runs, half: Runs, reference: str) -> list[str]:
+    """Whether errors are near the least possible, and whether these are known."""
+    everywhere = np.arange(len(own.cases))
+    ratios = _ratio(own, best, everywhere)
+    halved = _ratio(half, best, everywhere)
+    lines = []
+    for quantity, ratio, by_cell in zip(_COMPARED, ratios, _cell_ratios(own, best).T, strict=True):
+        lines.append(
+            (
+                f"{label(quantity)}: rms error at most {_WORSE:g} times that of {reference}",
+                f"{ratio:.2f}; in {np.mean(by_cell <= _WORSE):.0%} of {len(by_cell)} cells, "
+                f"largest {np.max(by_cell):.2f}",
+                bool(ratio <= _WORSE),
+            )
+        )
+    alike = f"{np.min(halved):.2f} to {np.max(halved):.2f}"
+    lines.append(
+        (
+            f"half of {reference} do no worse: rms errors within {_SAME:.0%}",
+            f"{alike} times as large",
+            bool(np.all(np.abs(halved - 1.0) <= _SAME)),
+        )
+    )
+    return verdicts(lines)
+
+
+def _cell_ratios(own: Runs, best: Runs) -> _Floats:
+    """Rms error over the reference's (cells, quantities)."""
+    cells = list(dict.fromkeys(case for case, _ in own.cases))
+    places = [np.array([i for i, (case, _) in enumerate(own.cases) if case == c]) for c in cells]
+    return np.array([_ratio(own, best, chosen) for chosen in places])
 
 
 def _errors(runs: dict[str, Runs]) -> list[str]:

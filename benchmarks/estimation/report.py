@@ -1,4 +1,4 @@
-"""Campaigns as Markdown tables."""
+"""Tables in Markdown, and what all campaigns say alike."""
 
 import os
 import platform
@@ -6,22 +6,11 @@ from collections.abc import Sequence
 from datetime import datetime, timezone
 from importlib.metadata import version
 
-import numpy as np
-
-from benchmarks.estimation.cells import BELTS, NOISES, PEAKS, STIFFNESSES, Cell
+from benchmarks.estimation.campaign import Keyed
 from benchmarks.estimation.judged import INTERVALS, Row
-from benchmarks.estimation.statistics import (
-    BAND,
-    Held,
-    by_case,
-    held,
-    scores,
-    share_at_nominal,
-    share_within,
-)
+from benchmarks.estimation.statistics import Held, by_case, held
 
 _LABELS = {"tight_tension": "T_H", "slack_tension": "T_L", "ln_kf": "ln kf"}
-_WORST = 12
 
 
 def label(quantity: str) -> str:
@@ -29,7 +18,7 @@ def label(quantity: str) -> str:
     return _LABELS.get(quantity, quantity)
 
 
-def made_with(command: str, rows: Sequence[Row]) -> str:
+def made_with(command: str, rows: Sequence[Keyed]) -> str:
     """Return date, versions, machine class and the code that was judged."""
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "filterpy"))
     sources = sorted({row.sources for row in rows})
@@ -72,92 +61,13 @@ COVERAGE_HEAD = [
 ]
 
 
-def grid_sections(rows: list[Row]) -> list[str]:
-    """Return the grid campaign's tables."""
-    cells = {name: held(group) for name, group in by_case(rows).items()}
-    return [
-        *_pooled(rows),
-        "",
-        *_cell_summary(cells, rows),
-        "",
-        f"Coverage of all five together, {'/'.join(NOISES)} noise:",
-        "",
-        *_pivot(cells),
-        "",
-        f"The {_WORST} cells of least coverage:",
-        "",
-        *_worst(cells),
-    ]
-
-
-def _pooled(rows: list[Row]) -> list[str]:
-    """Coverage by belt, by noise, by peak load and of all."""
-    parts = [("all", "")]
-    parts += [(f"{belt} belt", f"{belt} ") for belt in BELTS]
-    parts += [(f"load {peak:.0%}", f"load {peak:.0%}") for peak in PEAKS]
-    parts += [(f"{noise} noise", f" {noise}") for noise in NOISES]
-    lines = []
-    for name, text in parts:
-        if chosen := [row for row in rows if text in row.case]:
-            lines.append(coverage_line(name, held(chosen)))
-    return table(["runs of", *COVERAGE_HEAD], lines)
-
-
-def _cell_summary(cells: dict[str, Held], rows: list[Row]) -> list[str]:
-    judged = len(rows) // len(cells)
-    nominal = share_at_nominal(judged)
-    lines = []
-    for quantities in (*((quantity,) for quantity in INTERVALS), INTERVALS):
-        coverage = {
-            name: sum(cell.coverage[quantity] for quantity in quantities) / len(quantities)
-            for name, cell in cells.items()
-        }
-        worst = min(coverage, key=lambda name: coverage[name])
-        z = scores(rows, quantities)
-        lines.append(
-            [
-                label(quantities[0]) if len(quantities) == 1 else "all five",
-                worst,
-                f"{coverage[worst]:.0%}",
-                f"{share_within(coverage.values()):.0%}",
-                f"{np.mean(z):+.2f}",
-                f"{np.sqrt(np.mean(z**2)):.2f}",
-                f"{z.flat[int(np.argmax(np.abs(z)))]:+.1f}",
-            ]
-        )
-    return [
-        f"{judged} judged values of each quantity a cell. Were the intervals right and the values "
-        f"independent, {nominal:.0%} of the cells would have a coverage of {BAND[0]:.0%} to "
-        f"{BAND[1]:.0%} in one quantity.",
-        "",
-        *table(
-            ["quantity", "worst cell", "least", "cells in band", "mean z", "rms z", "worst z"],
-            lines,
-            texts=2,
-        ),
-    ]
-
-
-def _pivot(cells: dict[str, Held]) -> list[str]:
-    lines = []
-    for belt in BELTS:
-        for stiffness in STIFFNESSES:
-            names = [
-                [Cell(belt, stiffness, peak, noise).name for noise in NOISES] for peak in PEAKS
-            ]
-            if any(name in cells for pair in names for name in pair):
-                shares = ["/".join(_share(cells, name) for name in pair) for pair in names]
-                lines.append([belt, f"{stiffness:.1e}", *shares])
-    return table(["belt", "kf [N/m2]", *(f"{peak:.0%}" for peak in PEAKS)], lines)
-
-
-def _share(cells: dict[str, Held], name: str) -> str:
-    return f"{cells[name].together:.0%}" if name in cells else "-"
-
-
-def _worst(cells: dict[str, Held]) -> list[str]:
-    names = sorted(cells, key=lambda name: cells[name].together)[:_WORST]
-    return table(["cell", *COVERAGE_HEAD], [coverage_line(name, cells[name]) for name in names])
+def verdicts(lines: Sequence[tuple[str, str, bool]]) -> list[str]:
+    """Return a table of what was to be reached, what was, and whether that is enough."""
+    return table(
+        ["to reach", "reached", ""],
+        [[target, reached, "yes" if met else "**no**"] for target, reached, met in lines],
+        texts=3,
+    )
 
 
 def elements_sections(rows: list[Row]) -> list[str]:

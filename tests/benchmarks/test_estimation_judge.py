@@ -1,4 +1,4 @@
-"""A fixed slice of the judge of the estimator: intervals that hold, and a judge that can count."""
+"""The judge of the estimator: its draws, its counting, its files, the estimators beside it."""
 
 import math
 from itertools import islice
@@ -8,13 +8,14 @@ import pytest
 from scipy.stats import binom
 
 from belt_ros.rig import measured
-from benchmarks.estimation import campaign, grid, store
+from benchmarks.estimation import campaign, store
 from benchmarks.estimation.cells import Cell, all_cells, cell_settings
-from benchmarks.estimation.draws import JUDGED_AT, drawn_scenario
-from benchmarks.estimation.judged import INTERVALS, QUANTITIES, Row, judge
+from benchmarks.estimation.draws import JUDGED_AT, RATE, drawn_scenario
+from benchmarks.estimation.judged import QUANTITIES, Row, judge
 from benchmarks.estimation.kalman import Extended, Stock
-from benchmarks.estimation.particle import _STRAIGHT, Particles, motion_jacobian
-from benchmarks.estimation.statistics import held, scores, share_at_nominal
+from benchmarks.estimation.model import SENSED
+from benchmarks.estimation.particle import _STRAIGHT, Particles, _effective, motion_jacobian
+from benchmarks.estimation.statistics import held, likeness, nominal_coverages, share_within
 from benchmarks.estimation.today import Today
 
 SLICE = (
@@ -22,31 +23,11 @@ SLICE = (
     Cell("conveyor", 1e7, 0.85, "coarse"),
     Cell("compliant", 2.8e7, 0.97, "fine"),
 )
-INSTANTS = len(JUDGED_AT)
 
 
 def row(errors: float, stddevs: float, seed: int = 0) -> Row:
     count = len(QUANTITIES)
     return Row("own", "a cell", seed, 1.0, 10.0, "code", (errors,) * count, (stddevs,) * count)
-
-
-@pytest.fixture(scope="module")
-def judged() -> list[Row]:
-    return [found for cell in SLICE for found in grid.run_cell(cell, 0)]
-
-
-def test_intervals_of_a_fixed_slice_hold_as_often_as_true_ones_could(judged: list[Row]) -> None:
-    inside = np.abs(scores(judged, INTERVALS)) < 1.96
-    assert inside.size == len(SLICE) * INSTANTS * len(INTERVALS)
-    # What is said at one instant is right or wrong together, so instants are what is counted.
-    fewest = binom.ppf(1e-4, len(judged), 0.95)
-    assert np.sum(np.mean(inside, axis=1)) >= fewest
-
-
-def test_all_that_is_judged_is_a_number_with_a_deviation(judged: list[Row]) -> None:
-    for found in judged:
-        assert all(map(math.isfinite, found.errors))
-        assert all(math.isfinite(stddev) and stddev > 0.0 for stddev in found.stddevs)
 
 
 def test_a_draw_is_the_same_every_time() -> None:
@@ -62,7 +43,7 @@ def test_load_peaks_at_the_share_of_capacity_that_the_cell_says() -> None:
         margins = [
             truth.margin for _, truth in measured(settings, drawn_scenario(cell, settings, 1))
         ]
-        assert min(margins[150:]) == pytest.approx(1.0 - cell.peak, abs=0.02)
+        assert min(margins[round(1.1 * RATE) :]) == pytest.approx(1.0 - cell.peak, abs=0.02)
 
 
 def test_the_drawn_drive_is_not_the_one_that_the_estimator_is_told() -> None:
@@ -87,17 +68,50 @@ def test_coverage_counts_what_lies_inside_and_takes_no_number_for_outside() -> N
     assert found.nees == pytest.approx((1.0 + 1.9**2 + 4.0) / 3.0)
 
 
-def test_even_right_intervals_leave_many_cells_out_of_the_band_when_few_are_judged() -> None:
-    assert share_at_nominal(18) == pytest.approx(float(binom.pmf(17, 18, 0.95)))
-    assert share_at_nominal(2000) > 0.999
+def test_nees_is_that_of_the_whole_covariance_where_it_is_known() -> None:
+    known = row(1.0, 1.0)._replace(nees=3.0)
+    assert held([known, known, row(1.0, 1.0, 1)]).nees == pytest.approx((3.0 + 3.0 + 1.0) / 3.0)
+
+
+def test_simulated_cells_spread_as_binomial_ones_where_instants_are_independent() -> None:
+    coverages = nominal_coverages(200, 3, 0.0)
+    assert np.mean(coverages) == pytest.approx(0.95, abs=1e-3)
+    assert np.std(coverages) == pytest.approx(math.sqrt(0.95 * 0.05 / 600), rel=0.05)
+    low, high = binom.cdf([551, 588], 600, 0.95)  # 92 to 98 %
+    assert share_within(coverages) == pytest.approx(high - low, abs=0.005)
+
+
+def test_simulated_cells_spread_as_binomial_ones_of_runs_where_instants_are_alike() -> None:
+    coverages = nominal_coverages(200, 3, 1.0)
+    assert np.std(coverages) == pytest.approx(math.sqrt(0.95 * 0.05 / 200), rel=0.05)
+    low, high = binom.cdf([183, 196], 200, 0.95)
+    assert share_within(coverages) == pytest.approx(high - low, abs=0.015)
+
+
+def test_even_right_intervals_leave_cells_out_of_the_band_when_few_are_judged() -> None:
+    one_of_eighteen = float(binom.pmf(17, 18, 0.95))
+    assert one_of_eighteen < 0.4
+    assert share_within(nominal_coverages(6, 3, 0.0)) == pytest.approx(one_of_eighteen, abs=0.03)
+
+
+def test_likeness_is_the_correlation_within_runs() -> None:
+    random = np.random.default_rng(0)
+    rows = []
+    for seed in range(400):
+        common = random.standard_normal()
+        for time in (1.0, 2.0, 3.0):
+            z = math.sqrt(0.6) * common + math.sqrt(0.4) * random.standard_normal()
+            rows.append(row(float(z), 1.0, seed)._replace(time=time))
+    assert likeness(rows, "slip") == pytest.approx(0.6, abs=0.08)
 
 
 def test_rows_survive_the_file_and_what_is_there_is_not_run_again(tmp_path) -> None:
     path = tmp_path / "rows.csv"
-    store.append(path, [row(0.125, 0.5)])
-    assert store.load(path) == [row(0.125, 0.5)]
+    kept = row(0.125, 0.5)._replace(nees=1.5)
+    store.append(path, [kept], store.ROWS)
+    assert store.load(path, store.ROWS) == [kept]
     known = campaign.Job("own", "a cell", 0, pytest.fail, ("must not run",))
-    assert campaign.run([known], path, 1, "none") == [row(0.125, 0.5)]
+    assert campaign.run([known], path, 1, "none", store.ROWS) == [kept]
 
 
 @pytest.mark.parametrize("kind", [Today, Extended, Stock, "particles"])
@@ -106,7 +120,7 @@ def test_other_estimators_follow_slip(kind) -> None:
     settings = cell_settings(cell)
     maker = (lambda told: Particles(told, 50, 0)) if kind == "particles" else kind
     samples = measured(settings, drawn_scenario(cell, settings, 0))
-    short = islice(samples, 380)
+    short = islice(samples, round(JUDGED_AT[0] * RATE) + 1)
     (found,) = judge(maker(settings), short, JUDGED_AT[:1], "other", cell.name, 0)
     assert abs(found.errors[QUANTITIES.index("slip")]) < 1e-3
 
@@ -119,11 +133,25 @@ def test_the_jacobian_of_a_particle_is_that_of_the_law_of_motion() -> None:
         particles.step(measurement)
     state, covariance = particles._cloud.states[0], particles._cloud.covariances[0]
     steps = 0.1 * np.sqrt(np.diag(covariance))
-    _, found = motion_jacobian(particles.model.constants, state, steps[2], steps[6], 0.01)
+    _, found = motion_jacobian(particles.model.constants, state, steps[2], steps[6], 1.0 / RATE)
     rows = np.tile(state, (16, 1))
     rows[np.arange(8), _STRAIGHT] += steps
     rows[8 + np.arange(8), _STRAIGHT] -= steps
-    moved = particles.model.moved(rows, 0.01)[:, :3]
+    moved = particles.model.moved(rows, 1.0 / RATE)[:, :3]
     expected = ((moved[:8] - moved[8:]) / (2.0 * steps[:, None])).T
     scale = np.sqrt(np.sum((expected * steps) ** 2, axis=1, keepdims=True))
     assert np.max(np.abs(found - expected) * steps / scale) < 0.01
+
+
+def test_a_reading_that_few_particles_explain_is_taken_in_by_parts() -> None:
+    particles = Particles(cell_settings(SLICE[0]), 400, 0)
+    samples = measured(
+        cell_settings(SLICE[0]), drawn_scenario(SLICE[0], cell_settings(SLICE[0]), 0)
+    )
+    for measurement, _ in islice(samples, 20):
+        particles.step(measurement)
+    far = particles._cloud.states[0, SENSED]
+    dull, sharp = np.diag([1e6] * 4), np.diag([1e-12] * 4)
+    assert particles._weigh(far, dull, 1.0) == 1.0
+    assert particles._weigh(far, sharp, 1.0) < 0.1
+    assert _effective(particles._cloud.log_weights) > 0.25

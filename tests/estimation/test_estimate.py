@@ -3,7 +3,15 @@ import math
 import numpy as np
 import pytest
 
-from belt_ros.estimation.estimate import log_spread, lognormal_quantity
+from belt_ros.estimation.estimate import (
+    UNKNOWN_FIT,
+    UNKNOWN_LOSS,
+    UNKNOWN_RESERVE,
+    Consistency,
+    log_spread,
+    lognormal_quantity,
+)
+from belt_ros.message_types import belt_typestore
 
 
 @pytest.mark.parametrize("spread", [1e-6, 0.05, 1.15, 3.0])
@@ -16,3 +24,16 @@ def test_its_deviation_is_that_of_its_samples() -> None:
     quantity = lognormal_quantity(2.0, 0.4)
     assert quantity.value == pytest.approx(np.median(samples), rel=5e-3)
     assert quantity.stddev == pytest.approx(np.std(samples), rel=5e-3)
+
+
+def test_what_is_not_known_is_no_number() -> None:
+    fit, reserve, lost = UNKNOWN_FIT, UNKNOWN_RESERVE, UNKNOWN_LOSS
+    assert fit.consistency is Consistency.UNKNOWN
+    assert np.all(np.isnan([*reserve.capacity_torque, *lost]))
+    assert [*fit[1:], reserve.gross_slip_probability_at_peak_load] == [0.0] * 4
+
+
+def test_verdicts_are_numbered_as_in_the_message() -> None:
+    message = belt_typestore().types["belt_msgs/msg/BeltState"]
+    for verdict in Consistency:
+        assert getattr(message, f"FIT_{verdict.name}") == verdict

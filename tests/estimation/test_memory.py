@@ -25,7 +25,7 @@ from belt_ros.estimation.memory import (
     restore,
 )
 from belt_ros.estimation.memory_file import MemoryFileError, load, memory_path, save
-from belt_ros.estimation.process import drift_process, prior_state
+from belt_ros.estimation.process import drift_processes, drift_wander, prior_state
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
 from belt_ros.mechanics.constants import drive_constants
@@ -161,9 +161,8 @@ def test_ageing_composes(components, first, second) -> None:
 def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elapsed) -> None:
     """All but the ratio bias, which the filter holds for constant."""
     law = forgetting(MEAN, STDDEV, DRIFT, pace=1.0)._replace(changes=0.0)
-    process = drift_process(
-        DRIFT, STDDEV, 400.0, drive_constants(DRIVE), 1.0, (1.0, 0.0), elapsed, changing=False
-    )
+    wander = drift_wander(DRIFT, STDDEV, 400.0, drive_constants(DRIVE))
+    process, _ = drift_processes(wander, np.ones(2), (1.0, 0.0), elapsed)
     belt = PLACES[:3]
     learned = learn(components).components
     expected = [
@@ -171,7 +170,7 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
             c.log_weight,
             MEAN[belt] + process.memory[belt] * (c.mean[:3] - MEAN[belt]),
             np.outer(process.memory[belt], process.memory[belt]) * c.covariance[:3, :3]
-            + np.diag(process.belt_variance[belt]),
+            + np.diag(process.variance_before[belt]),
         )
         for c in learned
     ]

@@ -36,7 +36,7 @@ def test_what_cannot_be_used_is_counted_and_changes_nothing(monitor) -> None:
     before = monitor.estimate
     now = 50 * PERIOD_NS
     for values, reason in (
-        ({"driver_speed": math.nan}, Rejection.NOT_FINITE),
+        ({"driver_speed": math.nan, "driven_speed": math.nan}, Rejection.NOT_FINITE),
         ({"driven_torque": math.inf}, Rejection.NOT_FINITE),
         ({"driven_speed": 1e9}, Rejection.OUT_OF_RANGE),
         ({"stamp_ns": now - 2 * PERIOD_NS}, Rejection.OUT_OF_ORDER),

@@ -6,7 +6,16 @@ import math
 import pytest
 from runs import Runner, assert_sound, coverage, within
 
-from belt_ros.estimation import Condition, Knowledge, Measurement, Phase, Severity
+from belt_ros.estimation import (
+    Condition,
+    Knowledge,
+    Measurement,
+    Phase,
+    Rejection,
+    Severity,
+)
+from belt_ros.estimation.estimate import Consistency
+from belt_ros.estimation.fit import worst_sensor
 from belt_ros.mechanics import solve_equilibrium
 
 pytestmark = pytest.mark.xdist_group("monitor_life")
@@ -131,6 +140,8 @@ def test_reverse_rotation_mirrors_the_estimate(run: Runner, loaded) -> None:
             driven_speed=-measurement.driven_speed,
             driver_torque=-measurement.driver_torque,
             driven_torque=-measurement.driven_torque,
+            driver_position=-measurement.driver_position,
+            driven_position=-measurement.driven_position,
         )
 
     monitor = loaded.settings.monitor()
@@ -143,6 +154,40 @@ def test_reverse_rotation_mirrors_the_estimate(run: Runner, loaded) -> None:
         -forward.transmitted_torque.value, rel=1e-6
     )
     assert estimate.tight_tension.value == pytest.approx(forward.tight_tension.value, rel=1e-3)
+
+
+def test_positions_that_contradict_the_speeds_are_left_out_and_named(loaded) -> None:
+    monitor = loaded.settings.monitor()
+    for measurement in loaded.measurements:
+        wrong = dataclasses.replace(measurement, driven_position=-measurement.driven_position)
+        output = monitor.step(wrong)
+    assert output.estimate.phase is Phase.RUNNING
+    assert within(output.estimate.slip, loaded.truths[-1].slip, 3.0)
+    name, fit = worst_sensor(monitor.health.sensor_fits)
+    assert name == "positions"
+    assert fit.consistency is Consistency.OVERCONFIDENT
+
+
+@pytest.mark.parametrize("missing", ["driver_speed", "driven_speed"])
+def test_one_speed_may_be_missing_for_a_while(run: Runner, missing: str) -> None:
+    def alter(measurement):
+        gone = 3.0e9 <= measurement.stamp_ns < 4.0e9
+        return dataclasses.replace(measurement, **{missing: math.nan}) if gone else measurement
+
+    partial = run(
+        alter=alter,
+        duration=5.0,
+        load=[[2.0, 0.0], [2.2, 40.0], [3.3, 40.0], [3.5, 20.0]],
+        condition__tension=440.0,
+        condition__friction_stiffness=6e6,
+        **STEADY,
+    )
+    assert all(output.rejection is Rejection.NONE for output in partial.outputs)
+    for seconds in (3.2, 3.9, 4.9):
+        estimate, truth = partial.at(seconds)
+        assert within(estimate.slip, truth.slip, 3.0)
+        assert within(estimate.margin, truth.margin, 3.0)
+        assert_sound(estimate)
 
 
 def test_a_load_that_drives_is_regeneration(run: Runner) -> None:
@@ -171,7 +216,7 @@ def test_one_torque_is_enough(run: Runner, missing: str) -> None:
         **STEADY,
     )
     estimate, truth = partial.at(4.9)
-    assert estimate.health.degrees_of_freedom == 3
+    assert estimate.health.degrees_of_freedom == 4  # two speeds, one torque, travel
     assert estimate.transmitted_torque.value == pytest.approx(40.0, rel=0.05)
     assert within(estimate.margin, truth.margin, 3.0)
 

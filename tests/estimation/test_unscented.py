@@ -18,8 +18,8 @@ from belt_ros.mechanics.motion import Condition, Motion, step_at_speed
 PULLEY = Pulley(0.08125, np.pi, 1.2, 8.1e7, 0.05)
 DRIVE = BeltDrive(Belt(80068.0, 0.1036), PULLEY, PULLEY, 0.5105)
 CONSTANTS = drive_constants(DRIVE)
-X = np.array([120.0, 119.2, 500.0, 41.0, -41.0, np.log(435.0), np.log(8e7), 0.18, 0, 0, 0])
-DEVIATION = np.array([0.01, 0.01, 20.0, 1.0, 1.0, 0.05, 0.2, 0.03, 1e-4, 0.01, 1e-3])
+X = np.array([120.0, 119.2, 500.0, 41.0, -41.0, np.log(435.0), np.log(8e7), 0.18, 0, 0, 0, 0])
+DEVIATION = np.array([0.01, 0.01, 20.0, 1.0, 1.0, 0.05, 0.2, 0.03, 1e-4, 0.01, 1e-3, 1e-3])
 SEEN = np.array([0, 1, 3, 4])
 VARIANCE = np.array([0.012, 0.012, 0.3, 0.3]) ** 2
 DT = 0.01
@@ -42,8 +42,13 @@ def belt_speed(x: np.ndarray) -> float:
 def plain_step(x: np.ndarray, dt: float, speed: float, constants: object = CONSTANTS) -> np.ndarray:
     """One state moved by the drive's law alone, solved from nothing known."""
     tension, stiffness, friction = np.exp(x[Index.LOG_TENSION : Index.LOG_FRICTION + 1])
-    condition = Condition(x[3], x[4], tension, friction, stiffness, *x[Index.RATIO_BIAS :])
-    return np.array([*step_at_speed(constants, Motion(*x[:3]), condition, speed, dt), *x[3:]])
+    beside = x[Index.RATIO_BIAS : Index.TRAVEL]
+    condition = Condition(x[3], x[4], tension, friction, stiffness, *beside)
+    moved = step_at_speed(constants, Motion(*x[:3]), condition, speed, dt)
+    driver = constants.driver_radius * 0.5 * (x[0] + moved.driver_speed)
+    driven = constants.driven_radius * 0.5 * (x[1] + moved.driven_speed)
+    travel = x[Index.TRAVEL] + dt * (driver - driven)
+    return np.array([*moved, *x[3 : Index.TRAVEL], travel])
 
 
 def stock() -> UnscentedKalmanFilter:

@@ -48,6 +48,20 @@ def test_a_joint_state_becomes_a_measurement() -> None:
     assert measurement == Measurement(1_500_000_001, 1.0, 2.0, 3.0, 4.0)
 
 
+def test_positions_are_read_where_there_are_any() -> None:
+    message = joint_state(1, velocity=(1.0, 2.0), effort=(3.0, 4.0))
+    message.position = [5.0, 6.0]
+
+    assert convert(message) == Measurement(1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+
+
+def test_positions_that_do_not_match_the_names_are_malformed() -> None:
+    message = joint_state(1)
+    message.position = [5.0]
+
+    assert convert(message) is Rejection.MALFORMED
+
+
 def test_joints_are_found_by_name_in_any_order_among_others() -> None:
     message = joint_state(
         1,

@@ -18,6 +18,7 @@ from belt_ros.estimation import (
     Rejection,
     Severity,
 )
+from belt_ros.estimation.estimate import Consistency, Fit, LostTraction, Reserve
 from belt_ros.node.diagnostics import REJECTION_ADVICE, drive_status, input_status
 from belt_ros.node.input_meter import InputMeter, InputReport
 from belt_ros.settings import load_settings
@@ -130,8 +131,19 @@ def report(**changes: Any) -> InputReport:
 HEALTH = Health(1.0, 4, 123456789, 2, Rejection.GATED, (0, 1, 0, 0, 0, 5, 0, 0))
 
 
-def input_row(summary: InputReport) -> DiagnosticStatus:
-    return input_status("belt_node", "paper_drive", "/joint_states", summary, HEALTH, 1.0)
+WRONG = Fit(Consistency.OVERCONFIDENT, 3.2, 0.4, 1.25)
+RIGHT = Fit(Consistency.CONSISTENT, 1.1, 0.4, 1.25)
+SENSORS = ("driver speed", "driver torque")
+
+
+def input_row(summary: InputReport, health: Health = HEALTH) -> DiagnosticStatus:
+    return input_status("belt_node", "paper_drive", "/joint_states", summary, health, 1.0)
+
+
+def fitted(fit: Fit, *sensors: Fit) -> Health:
+    return dataclasses.replace(
+        HEALTH, fit=fit, sensor_fits=tuple(zip(SENSORS, sensors, strict=True))
+    )
 
 
 def rejected(reason: Rejection, count: int) -> tuple[int, ...]:
@@ -174,6 +186,42 @@ def test_silence_is_stale_and_names_the_topic() -> None:
 
     assert row.level == DiagnosticStatus.STALE
     assert "/joint_states for 2.5 s" in row.message
+
+
+def test_a_sensor_that_does_not_fit_is_named() -> None:
+    row = input_row(report(), fitted(WRONG, RIGHT, WRONG))
+
+    assert row.level == DiagnosticStatus.WARN
+    assert row.message.startswith("driver torque fits worst: its squared errors are 3.2 times")
+    values = {pair.key: pair.value for pair in row.values}
+    assert values["fit driver torque mean [-]"] == "3.2"
+    assert values["fit driver speed mean [-]"] == "1.1"
+
+
+def test_nothing_is_said_of_sensors_that_fit() -> None:
+    assert input_row(report(), fitted(WRONG, RIGHT, RIGHT)).level == DiagnosticStatus.OK
+
+
+def test_reserve_loss_and_fit_are_reported_with_units(estimate: BeltEstimate) -> None:
+    told = dataclasses.replace(
+        estimate,
+        reserve=Reserve(Quantity(60.0, 4.0), 0.02),
+        lost_traction=LostTraction(0.9, 0.7, 0.1),
+        health=fitted(WRONG, WRONG, RIGHT),
+    )
+
+    values = {pair.key: pair.value for pair in drive_row(told, None).values}
+
+    assert values["capacity torque [N m]"] == "60"
+    assert values["capacity torque stddev [N m]"] == "4"
+    assert values["gross slip probability at peak load [-]"] == "0.02"
+    assert values["traction lost probability [-]"] == "0.9"
+    assert values["tension lost probability [-]"] == "0.7"
+    assert values["friction lost probability [-]"] == "0.1"
+    assert values["fit"] == "2"
+    assert values["fit mean [-]"] == "3.2"
+    assert values["fit lowest [-]"] == "0.4"
+    assert values["fit highest [-]"] == "1.25"
 
 
 def test_every_value_is_a_number_alone(estimate: BeltEstimate) -> None:

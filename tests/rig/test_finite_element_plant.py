@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from belt_ros.mechanics import Tensioning, solve_equilibrium
+from belt_ros.mechanics import Tensioning, solve_equilibrium, torque_capacity
 from belt_ros.mechanics.finite_element_mesh import Discretisation
 from belt_ros.rig import ScenarioError, simulate_finite_elements
 from belt_ros.rig.scenario import scenario_from_mapping
@@ -53,6 +53,33 @@ def test_truth_settles_in_the_equilibrium_between_fixed_centres(samples) -> None
         assert mean == pytest.approx(float(getattr(expected, name)), rel=tolerance)
     torque = np.mean([sample.truth.transmitted_torque for sample in last])
     assert torque == pytest.approx(30.0, rel=0.02)
+
+
+def test_soft_contact_near_its_capacity_creeps_as_in_equilibrium() -> None:
+    """Where friction of sliding arcs feeds axial waves if the belt is not damped."""
+    kf, tension, speed = 1e7, 435.0, 120.0
+    settings = dataclasses.replace(
+        SETTINGS, drive=dataclasses.replace(SETTINGS.drive, tensioning=Tensioning.FIXED_CENTRES)
+    )
+    drive = dataclasses.replace(
+        settings.drive,
+        driven=dataclasses.replace(settings.drive.driven, friction_stiffness=kf),
+        driver=dataclasses.replace(settings.drive.driver, friction_stiffness=kf),
+    )
+    load = 0.9 * float(torque_capacity(drive, tension, speed))
+    values = {
+        "duration": 0.9,
+        "speed": speed,
+        "load": [[0.0, 0.0], [0.3, load]],
+        "condition.tension": tension,
+        "condition.friction_stiffness": kf,
+    }
+    script = scenario_from_mapping(values, settings)
+    late = [sample.truth for sample in simulate_finite_elements(settings, script)][-20:]
+    expected = solve_equilibrium(drive, load, tension, speed)
+    assert np.std([truth.slip for truth in late]) < 1e-5
+    assert late[-1].slip == pytest.approx(float(expected.slip), rel=0.04)
+    assert late[-1].slack_tension == pytest.approx(float(expected.slack_tension), rel=0.01)
 
 
 def test_sensors_say_the_truth_but_for_their_noise(samples) -> None:

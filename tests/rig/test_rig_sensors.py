@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation import Joint, Measurement, SensorNoise, measurement_from_joints
-from belt_ros.rig import RigSample
+from belt_ros.rig import RigSample, measured
+from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.rig.sensors import SensorErrors, Sensors, counted, joint_values, rounded
+from belt_ros.rig.truth import Truth
 from belt_ros.settings import DriveSettings
 
 Run = Callable[..., list[RigSample]]
+LOADED = {"duration": 1.0, "speed": 100.0, "load": 30.0}
 
 
 def test_encoder_counts_up_to_the_angle() -> None:
@@ -88,3 +91,88 @@ def test_joint_without_a_torque_scale_is_refused() -> None:
     random = np.random.default_rng(1)
     with pytest.raises(ValueError, match=r"driver\.torque_scale is 0"):
         Sensors(Joint("a", torque_scale=0.0), Joint("b"), SensorErrors(), random)
+
+
+def measurements(
+    settings: DriveSettings, *, loads: bool = False, **values: float
+) -> list[tuple[Measurement, Truth]]:
+    named = {f"sensors.{name}": value for name, value in values.items()}
+    scenario = scenario_from_mapping({**LOADED, **named}, settings)
+    return list(measured(settings, scenario, loads=loads))
+
+
+def test_a_quantum_makes_the_steps_coarser_and_never_finer() -> None:
+    assert SensorErrors(speed_resolution=0.01, speed_quantum=0.5).speed_step == 0.5
+    assert SensorErrors(speed_resolution=0.01, speed_quantum=0.001).speed_step == 0.01
+    assert SensorErrors(counts_per_turn=1000.0).counts == 1000.0
+    assert SensorErrors(counts_per_turn=1000.0, position_quantum=0.1).counts == 20.0 * np.pi
+    assert SensorErrors(counts_per_turn=1000.0, position_quantum=1e-6).counts == 1000.0
+
+
+def test_speed_and_position_come_in_the_steps_of_the_drive_description(
+    settings: DriveSettings,
+) -> None:
+    noise = dataclasses.replace(settings.noise, speed_quantum=0.25, position_quantum=0.01)
+    coarse = dataclasses.replace(settings, noise=noise)
+    found = np.array([m.values() for m, _ in measurements(coarse)])
+    speeds, positions = found[:, :2] / 0.25, found[:, 4:6] / 0.01
+    np.testing.assert_allclose(speeds, np.round(speeds), atol=1e-6)
+    np.testing.assert_allclose(positions, np.round(positions), atol=1e-6)
+
+
+def test_positions_are_measured_and_only_noisy_when_told(settings: DriveSettings) -> None:
+    exact, noisy = measurements(settings), measurements(settings, position_absolute=0.02)
+    of = {
+        name: np.array([[getattr(m, f"{name}s") for m, _ in run] for run in (exact, noisy)])
+        for name in ("speed", "torque", "position")
+    }
+    np.testing.assert_array_equal(of["speed"][0], of["speed"][1])
+    np.testing.assert_array_equal(of["torque"][0], of["torque"][1])
+    assert np.std(of["position"][1] - of["position"][0]) == pytest.approx(0.02, rel=0.15)
+    assert exact[-1][0].driver_position == pytest.approx(100.0, rel=1e-3)
+
+
+def test_load_sensors_are_read_when_asked_and_leave_all_else_alone(settings: DriveSettings) -> None:
+    without, with_loads = measurements(settings), measurements(settings, loads=True)
+    for (plain, truth), (full, same) in zip(without, with_loads, strict=True):
+        assert truth == same
+        np.testing.assert_array_equal(plain.values()[:6], full.values()[:6])
+        assert np.all(np.isnan(plain.loads))
+        assert np.all(np.isfinite(full.loads))
+
+
+def test_exact_load_sensors_read_the_tensions_less_what_turns_the_belt(
+    settings: DriveSettings,
+) -> None:
+    for measurement, truth in measurements(
+        settings, loads=True, load_relative=0.0, load_absolute=0.0
+    ):
+        lift = settings.drive.belt.mass_per_length * (truth.driver_speed * 0.08125) ** 2
+        hub = 2.0 * (truth.mean_tension - lift)
+        assert measurement.driver_hub_load == pytest.approx(hub, rel=1e-4)
+        assert measurement.driven_hub_load == pytest.approx(hub, rel=1e-4)
+        assert measurement.span_tension == pytest.approx(truth.tight_tension - lift, rel=1e-4)
+
+
+def test_load_noise_is_as_stated(settings: DriveSettings) -> None:
+    exact = measurements(settings, loads=True, load_relative=0.0, load_absolute=0.0)
+    noisy = measurements(settings, loads=True, load_relative=0.02, load_absolute=5.0)
+    loads = np.array([m.loads for m, _ in exact])
+    error = np.array([m.loads for m, _ in noisy]) - loads
+    stddev = np.hypot(0.02 * loads, 5.0)
+    np.testing.assert_allclose(np.std(error / stddev, axis=0), 1.0, atol=0.25)
+
+
+def test_bearing_drag_is_in_the_effort_and_taken_off_again(
+    run: Run, settings: DriveSettings
+) -> None:
+    driver = dataclasses.replace(settings.driver, drag_torque=0.7, drag_damping=0.01)
+    dragged = dataclasses.replace(settings, driver=driver)
+    for sample in run(dragged, duration=0.5, speed=-100.0, load=30.0):
+        truth, joints = sample.truth, sample.joints
+        assert joints.efforts[0] == pytest.approx(
+            truth.driver_torque - 0.7 + 0.01 * truth.driver_speed
+        )
+        assert driver.pulley_torque(joints.efforts[0], joints.velocities[0]) == pytest.approx(
+            truth.driver_torque
+        )

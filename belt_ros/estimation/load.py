@@ -1,0 +1,159 @@
+"""How fast the load wanders, as the sensors tell.
+
+A load mostly stays as it is and now and then changes, at once or by a ramp. Taken to wander faster
+than it does, the estimated pull would follow the noise of the torque sensors; that slip does not
+follow it would then speak for a belt farther from its knee than it is. Taken to wander slower, a
+change would be blamed on the belt. So each signal that a load moves, both torques and the slip, is
+followed by scalar Kalman filters that take it for random walks of several paces, weighed by how
+well each foretells the sensor, quiet ones being likelier to begin with; a jump that none of them
+foretells starts them anew.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.mechanics._compile import compiled
+
+_Floats = NDArray[np.float64]
+_PACES = np.array([1.0, 0.1, 0.01, 0.001])  # of the greatest wander
+_PRIOR = np.array([0.02, 0.08, 0.3, 0.6])
+_ENDING = np.array([2.0, 2.0, 0.2, 0.1])  # of each pace [1/s]
+_TELLING = 0.03  # pace of the slip above which the load must be what moves it
+_JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
+
+
+@compiled
+def _began(mean: _Floats, variance: _Floats, weight: _Floats, z: float, r: float) -> None:
+    mean[:] = z
+    variance[:] = r
+    weight[:] = _PRIOR
+
+
+@compiled
+def _mix(mean: _Floats, variance: _Floats, weight: _Floats, dt: float) -> None:
+    """Let every pace end after a while, and any other follow it, from where it has led to."""
+    leaving = -np.expm1(-_ENDING * dt) * weight
+    total = np.sum(leaving)
+    left = np.sum(leaving * mean) / total
+    left_variance = np.sum(leaving * (variance + (mean - left) ** 2)) / total
+    for j in range(_PACES.size):
+        staying, coming = weight[j] - leaving[j], total * _PRIOR[j]
+        weight[j] = staying + coming
+        share = coming / weight[j]
+        apart = left - mean[j]
+        mean[j] += share * apart
+        variance[j] += share * (left_variance - variance[j]) + share * (1.0 - share) * apart**2
+
+
+@compiled
+def _followed(
+    mean: _Floats,
+    variance: _Floats,
+    weight: _Floats,
+    z: float,
+    r: float,
+    fastest: float,
+    anyway: float,
+    dt: float,
+) -> float:
+    """Take in one reading; return the pace that it speaks for, or that of the jump that it is."""
+    least = math.inf
+    for j in range(_PACES.size):
+        variance[j] += ((_PACES[j] * fastest) ** 2 + anyway**2) * dt
+        least = min(least, (z - mean[j]) ** 2 / (variance[j] + r))
+    if least > _JUMP:
+        jump: float = abs(z - mean[0]) / (fastest * math.sqrt(dt))
+        _began(mean, variance, weight, z, r)
+        return max(jump, 1.0)
+    for j in range(_PACES.size):
+        spread = variance[j] + r
+        squared = (z - mean[j]) ** 2 / spread
+        weight[j] *= math.exp(0.5 * (least - squared)) / math.sqrt(spread)
+        gain = variance[j] / spread
+        mean[j] += gain * (z - mean[j])
+        variance[j] *= 1.0 - gain
+    weight /= np.sum(weight)
+    _mix(mean, variance, weight, dt)
+    log_pace = 0.0
+    for j in range(_PACES.size):
+        log_pace += weight[j] * math.log(_PACES[j])
+    return math.exp(log_pace)
+
+
+@compiled
+def _follow(
+    mean: _Floats,
+    variance: _Floats,
+    weight: _Floats,
+    signals: _Floats,
+    noise: _Floats,
+    fastest: _Floats,
+    anyway: _Floats,
+    dt: float,
+) -> _Floats:
+    """Paces of the two torques, at least that of the slip."""
+    pace = np.empty(signals.size)
+    for i in range(signals.size):
+        z = signals[i]
+        if math.isnan(z):
+            mean[i] = math.nan
+            pace[i] = math.nan
+        elif math.isnan(mean[i, 0]):
+            _began(mean[i], variance[i], weight[i], z, noise[i])
+            pace[i] = 1.0
+        else:
+            pace[i] = _followed(
+                mean[i], variance[i], weight[i], z, noise[i], fastest[i], anyway[i], dt
+            )
+    if math.isnan(pace[0]):
+        pace[0] = pace[1]
+    if math.isnan(pace[1]):
+        pace[1] = pace[0]
+    if math.isnan(pace[0]):
+        return np.ones(2)
+    moved = min(pace[2], 1.0)  # NaN, without a speed, tells nothing
+    return np.maximum(pace[:2], moved if moved > _TELLING else 0.0)
+
+
+class LoadWander:
+    """Follow how fast the load wanders, by both torques and the difference of rim speeds."""
+
+    def __init__(self) -> None:
+        self._mean = np.full((3, _PACES.size), math.nan)
+        self._variance = np.zeros((3, _PACES.size))
+        self._weight = np.zeros((3, _PACES.size))
+
+    def start(self) -> None:
+        """Forget all signals, as before the first reading."""
+        self._mean[:] = math.nan
+
+    def follow(
+        self, signals: _Floats, noise: _Floats, fastest: _Floats, anyway: _Floats, dt: float
+    ) -> _Floats:
+        """Take in the readings at the end of a step of `dt` [s].
+
+        Parameters
+        ----------
+        signals : ndarray
+            Torque on the driver and on the driven pulley [N m], difference of the rim speeds [m/s];
+            NaN where a torque is not measured.
+        noise : ndarray
+            Their variances.
+        fastest : ndarray
+            Greatest wander of each by the load [N m/sqrt(s), N m/sqrt(s), m/s/sqrt(s)].
+        anyway : ndarray
+            Wander of each that is not the load's.
+        dt : float
+
+        Returns
+        -------
+        ndarray
+            Wander of both torques during the step (2,), relative to the greatest; above one in a
+            jump. A torque without a reading is taken to wander like the other; one without the
+            other, at the greatest.
+        """
+        return np.asarray(
+            _follow(self._mean, self._variance, self._weight, signals, noise, fastest, anyway, dt)
+        )

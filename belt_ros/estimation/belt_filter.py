@@ -175,7 +175,7 @@ class BeltFilter:
 
     def _gap_processes(self, gap: float) -> tuple[Process, Process]:
         undeveloped = 1.0, float(self.prior_stddev[Index.UNDEVELOPED])
-        return drift_processes(self._wander, _JUMPING, undeveloped, gap)
+        return drift_processes(self._wander, self.constants, _JUMPING, undeveloped, gap)
 
     def _renewed(self, process: Process) -> Process:
         """Let all that moves begin anew at its prior."""
@@ -246,7 +246,7 @@ class BeltFilter:
     ) -> Step:
         """Move every member by `dt`, as its mode has it, and compare it with what was sensed."""
         before = self._members()
-        processes = drift_processes(self._wander, activity, undeveloped, dt)
+        processes = drift_processes(self._wander, self.constants, activity, undeveloped, dt)
         crosses = self._bank.predict(
             dt, processes, self._changing, crosses=self._recent.recorder is not None
         )

@@ -23,6 +23,7 @@ _CHANGE_SPREAD = 0.4  # ... and how far from the prior that may lead, standard d
 _RECENT = 0.05  # [s] over which the rate of winding is taken
 _COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
 _LEAST_PULL_ACTIVITY = 0.001
+_ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at any time in it does
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
@@ -158,6 +159,7 @@ def drift_wander(
 @compiled
 def drift_processes(
     wander: Wander,
+    c: DriveConstants,
     activity: _Floats,
     undeveloped: tuple[float, float],
     dt: float,
@@ -167,6 +169,7 @@ def drift_processes(
     Parameters
     ----------
     wander : Wander
+    c : DriveConstants
     activity : ndarray
         Wander of the driver's and the driven pulley's torque, relative to the greatest; above one
         in a jump.
@@ -183,6 +186,9 @@ def drift_processes(
     variance[:, DRIVER_TORQUE] = (activity[0] * wander.torque) ** 2 * dt
     variance[:, DRIVEN_TORQUE] = (activity[1] * wander.torque) ** 2 * dt
     motion = np.zeros(STATES)
-    pull = min(max(activity[0], activity[1], _LEAST_PULL_ACTIVITY), 1.0)
-    motion[PULL] = (pull * wander.pull) ** 2 * dt
+    most = max(activity[0], activity[1])
+    pull = min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull
+    # A load that sets in within a step winds the spans at its end as if it had all along.
+    onset = _ONSET * most * min(most, 1.0) * wander.torque / c.driver_radius
+    motion[PULL] = (pull**2 + onset**2) * dt
     return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)

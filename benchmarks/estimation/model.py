@@ -65,7 +65,7 @@ class DriveModel:
 
     def process(self, activity: _Floats, undeveloped: tuple[float, float], dt: float) -> Process:
         """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
-        settled, _ = drift_processes(self._wander, activity, undeveloped, dt)
+        settled, _ = drift_processes(self._wander, self.constants, activity, undeveloped, dt)
         return Process(*(row[:CARRIED] for row in settled))
 
     def sensed(self, measurement: Measurement) -> tuple[_Floats, _Floats]:

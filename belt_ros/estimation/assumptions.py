@@ -180,7 +180,14 @@ class Drift:
         10.0,
     )
     creep_error_time: float = setting(
-        60.0, "correlation time of the model's error in creep", "s", 0.1, 1e9
+        20.0, "correlation time of the model's error in creep", "s", 0.1, 1e9
+    )
+    creep_error_load: float = setting(
+        5.0,
+        "change of pull, in prior tensions, over which the model's error in creep becomes another",
+        "-",
+        1e-3,
+        1e9,
     )
 
 

@@ -23,6 +23,7 @@ from belt_ros.estimation.gaussian_sum import (
 from belt_ros.estimation.load import LoadWander
 from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.process import (
+    CreepChange,
     Process,
     UndevelopedCreep,
     drift_processes,
@@ -42,6 +43,8 @@ _Floats = NDArray[np.float64]
 _BELT = slice(Index.LOG_TENSION, Index.TRAVEL)
 SPLIT_AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
 _WIDTHS = (0.45, 0.6)  # of a member to begin with, in prior standard deviations
+_FRICTION_WIDTH = 0.2  # of a member in ln mu, once that has become uncertain ...
+_MOST_BY_FRICTION = 32  # ... while there are no more members than this
 MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
@@ -174,7 +177,7 @@ class BeltFilter:
         self._begin_motion(measurement, self.belief())
 
     def _gap_processes(self, gap: float) -> tuple[Process, Process]:
-        undeveloped = 1.0, float(self.prior_stddev[Index.UNDEVELOPED])
+        undeveloped = 1.0, float(self.prior_stddev[Index.UNDEVELOPED]), 0.0
         return drift_processes(self._wander, self.constants, _JUMPING, undeveloped, gap)
 
     def _renewed(self, process: Process) -> Process:
@@ -241,7 +244,7 @@ class BeltFilter:
         stamp_ns: int,
         dt: float,
         sensed: Sensed,
-        undeveloped: tuple[float, float],
+        undeveloped: CreepChange,
         activity: _Floats,
     ) -> Step:
         """Move every member by `dt`, as its mode has it, and compare it with what was sensed."""
@@ -314,7 +317,7 @@ class BeltFilter:
             dt,
         )
 
-    def _follow_creep(self, dt: float) -> tuple[float, float]:
+    def _follow_creep(self, dt: float) -> CreepChange:
         speed = abs(float(self.x[Index.DRIVER_SPEED])) * self.constants.driver_radius
         return self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
 
@@ -360,7 +363,12 @@ class BeltFilter:
         A member in which traction is changing gives every loss of it a hypothesis to be explained
         by, before slower quantities are bent to explain it.
         """
-        components = reduced(self.belief(), MERGE_AXES)
+        components = narrowed(
+            reduced(self.belief(), MERGE_AXES),
+            (Index.LOG_FRICTION,),
+            (_FRICTION_WIDTH,),
+            _MOST_BY_FRICTION,
+        )
         best = max(components, key=lambda component: component.log_weight)
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:

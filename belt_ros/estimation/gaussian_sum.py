@@ -73,11 +73,15 @@ def split(component: Component, axis: int, ratio: float) -> list[Component]:
 
 
 def narrowed(
-    components: list[Component], axes: Sequence[int], widths: Sequence[float]
+    components: list[Component],
+    axes: Sequence[int],
+    widths: Sequence[float],
+    most: int = _MOST_MEMBERS,
 ) -> list[Component]:
     """Split members along `axes` until none that matters is wider than `widths`.
 
-    So that a model that bends is nearly straight within each.
+    So that a model that bends is nearly straight within each. No member is split once there are
+    more than `most`.
     """
     for axis, width in zip(axes, widths, strict=True):
         best = max(component.log_weight for component in components)
@@ -85,7 +89,7 @@ def narrowed(
         for component in sorted(components, key=lambda c: -c.log_weight):
             ratio = width / math.sqrt(component.covariance[axis, axis])
             light = component.log_weight < best + math.log(_SPLIT_ABOVE)
-            if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > _MOST_MEMBERS:
+            if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > most:
                 parts.append(component)
             else:
                 parts += split(component, axis, ratio)

@@ -19,7 +19,8 @@ from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]
 _CHANGE_RATE = 0.5  # of ln tension and ln mu while traction is changing [1/sqrt(s)] ...
-_CHANGE_SPREAD = 0.4  # ... and how far from the prior that may lead, standard deviation
+# ... and how far from the prior that may lead, standard deviation
+_CHANGE_SPREAD = {Index.LOG_TENSION: 0.4, Index.LOG_FRICTION: 0.3}
 _RECENT = 0.05  # [s] over which the rate of winding is taken
 _COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
 _LEAST_PULL_ACTIVITY = 0.001
@@ -28,6 +29,8 @@ _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
+CREEP_ERROR = int(Index.CREEP_ERROR)
+CreepChange = tuple[float, float, float]  # what `UndevelopedCreep.advance` returns
 
 
 class Process(NamedTuple):
@@ -88,7 +91,7 @@ class UndevelopedCreep:
         self._recent_pull = pull
         self._pull = pull
 
-    def advance(self, pull: float, speed: float, dt: float) -> tuple[float, float]:
+    def advance(self, pull: float, speed: float, dt: float) -> CreepChange:
         """Follow the pull [N] at rim speed [m/s] over `dt` [s].
 
         Returns
@@ -97,14 +100,19 @@ class UndevelopedCreep:
             Share of the belt on the arcs that is replaced in `dt`.
         deviation : float
             Standard deviation of slip beside equilibrium [-].
+        changed : float
+            By how much the pull has changed in the last step [N].
         """
+        changed = abs(pull - self._pull)
+        self._pull = pull
         renewed = -math.expm1(-speed * dt / self._arc_length)
         self._developed_pull += renewed * (pull - self._developed_pull)
         self._recent_pull -= math.expm1(-dt / _RECENT) * (pull - self._recent_pull)
         behind = abs(pull - self._developed_pull) / self._constants.axial_stiffness
         winding = abs(pull - self._recent_pull) / _RECENT * self._constants.span_compliance
         missed = _COMPLIANCE_ERROR * winding
-        return renewed, behind + (missed / max(speed, missed) if missed > 0.0 else 0.0)
+        beside = behind + (missed / max(speed, missed) if missed > 0.0 else 0.0)
+        return renewed, beside, changed
 
 
 class Wander(NamedTuple):
@@ -114,6 +122,7 @@ class Wander(NamedTuple):
     spread: _Floats  # of the prior (2, 12)
     torque: float  # greatest wander of a torque [N m/sqrt(s)]
     pull: float  # greatest wander of the pull beside its law of motion [N/sqrt(s)]
+    creep_error_load: float  # change of pull after which the error of creep is another [N]
     creep: float  # wander of creep at a steady load, relative [1/sqrt(s)]
 
 
@@ -137,8 +146,8 @@ def drift_wander(
     rates[:, Index.LOG_STIFFNESS] = drift.friction_stiffness
     rates[:, Index.LOG_FRICTION] = drift.friction_coefficient
     # A tensioner that slips and oil on a pulley look alike: blame neither beforehand.
-    for index in (Index.LOG_TENSION, Index.LOG_FRICTION):
-        spreads[1, index] = max(spread[index], _CHANGE_SPREAD)
+    for index, farthest in _CHANGE_SPREAD.items():
+        spreads[1, index] = max(spread[index], farthest)
         rates[1, index] = _CHANGE_RATE
     forgetting = np.zeros_like(spreads)
     np.divide(0.5 * rates**2, spreads**2, out=forgetting, where=rates > 0.0)
@@ -148,6 +157,7 @@ def drift_wander(
         spreads,
         drift.torque * tension_scale * constants.driver_radius,
         drift.pull * tension_scale,
+        drift.creep_error_load * tension_scale,
         math.hypot(
             math.sqrt(2.0 / drift.creep_error_time) * float(spread[Index.CREEP_ERROR]),
             _KNEE * drift.tension,
@@ -161,7 +171,7 @@ def drift_processes(
     wander: Wander,
     c: DriveConstants,
     activity: _Floats,
-    undeveloped: tuple[float, float],
+    undeveloped: CreepChange,
     dt: float,
 ) -> tuple[Process, Process]:
     """Return what `dt` [s] adds to the law of motion: traction is settled, it is changing.
@@ -173,22 +183,24 @@ def drift_processes(
     activity : ndarray
         Wander of the driver's and the driven pulley's torque, relative to the greatest; above one
         in a jump.
-    undeveloped : tuple of float
+    undeveloped : CreepChange
         From `UndevelopedCreep.advance`.
     dt : float
     """
-    renewed, deviation = undeveloped
-    memory = np.exp(-wander.forgetting * dt)
-    variance = -np.expm1(-2.0 * wander.forgetting * dt) * wander.spread**2
+    renewed, deviation, changed = undeveloped
+    forgotten = wander.forgetting * dt
+    forgotten[:, CREEP_ERROR] += changed / wander.creep_error_load
+    memory = np.exp(-forgotten)
+    variance = -np.expm1(-2.0 * forgotten) * wander.spread**2
     memory[:, UNDEVELOPED] = 1.0 - renewed
     variance[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
     # Torques wander before the motion, so that within the same step the pull follows them.
     variance[:, DRIVER_TORQUE] = (activity[0] * wander.torque) ** 2 * dt
     variance[:, DRIVEN_TORQUE] = (activity[1] * wander.torque) ** 2 * dt
-    motion = np.zeros(STATES)
     most = max(activity[0], activity[1])
-    pull = min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull
     # A load that sets in within a step winds the spans at its end as if it had all along.
     onset = _ONSET * most * min(most, 1.0) * wander.torque / c.driver_radius
-    motion[PULL] = (pull**2 + onset**2) * dt
+    variance[:, PULL] = onset**2 * dt
+    motion = np.zeros(STATES)
+    motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt
     return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)

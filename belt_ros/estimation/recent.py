@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.gaussian_sum import Component
-from belt_ros.estimation.process import Process
+from belt_ros.estimation.process import CreepChange, Process
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Members, Moved
 
@@ -23,7 +23,7 @@ class Step(NamedTuple):
     dt: float  # [s]
     before: Members
     sensed: Sensed
-    undeveloped: tuple[float, float]  # of `process.UndevelopedCreep.advance`
+    undeveloped: CreepChange
     activity: _Floats  # of the load (2,) ...
     calm: tuple[float, float]  # ... as plain floats
     processes: tuple[Process, Process]

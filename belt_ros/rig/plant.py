@@ -59,6 +59,9 @@ class ModelError:
     creep_error: float = setting(0.0, "relative error of the creep, mean", "-", -0.5, 0.5)
     creep_error_stddev: float = setting(0.0, "its wander about the mean", "-", 0.0, 0.2)
     creep_error_time: float = setting(20.0, "correlation time of the wander", "s", 0.1, 1e6)
+    creep_error_pull: float = setting(
+        1e12, "change of the pull over which it becomes another", "N", 1.0, 1e15
+    )
 
 
 class Control(NamedTuple):
@@ -194,6 +197,7 @@ class Plant:
             error.creep_error + error.creep_error_stddev * random.standard_normal()
         )
         self.state = self._steady_state()
+        self._pull = self.state.motion.pull
 
     @staticmethod
     def _bounded(creep_error: float) -> float:
@@ -231,7 +235,10 @@ class Plant:
     def advance(self, commands: _Floats) -> None:
         """Take one step for each row of `commands` (n, 5), in the order of `Command`."""
         error = self._error
-        memory = math.exp(-self._dt * commands.shape[0] / error.creep_error_time)
+        pull = self.state.motion.pull
+        changed = abs(pull - self._pull) / error.creep_error_pull
+        self._pull = pull
+        memory = math.exp(-self._dt * commands.shape[0] / error.creep_error_time - changed)
         self._creep_error = self._bounded(
             error.creep_error
             + memory * (self._creep_error - error.creep_error)

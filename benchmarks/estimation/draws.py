@@ -85,6 +85,7 @@ def scenario_of(
         "condition.ratio_bias": prior.ratio_bias_stddev * float(random.standard_normal()),
         "condition.creep_error_stddev": prior.creep_error_stddev,
         "condition.creep_error_time": settings.drift.creep_error_time,
+        "condition.creep_error_pull": settings.drift.creep_error_load * prior.tension,
     }
     scenario = scenario_from_mapping({**drawn, **values}, settings)
     walks = (Profile(tuple(condition.times), tuple(walk)) for walk in condition[1:])

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from belt_ros.estimation import Measurement, Quantity
 from belt_ros.estimation.load import LoadWander
 from belt_ros.estimation.process import (
+    CreepChange,
     Process,
     UndevelopedCreep,
     drift_processes,
@@ -63,7 +64,7 @@ class DriveModel:
             dt,
         )
 
-    def process(self, activity: _Floats, undeveloped: tuple[float, float], dt: float) -> Process:
+    def process(self, activity: _Floats, undeveloped: CreepChange, dt: float) -> Process:
         """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
         settled, _ = drift_processes(self._wander, self.constants, activity, undeveloped, dt)
         return Process(*(row[:CARRIED] for row in settled))

@@ -161,8 +161,9 @@ def test_ageing_composes(components, first, second) -> None:
 def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elapsed) -> None:
     """All but the ratio bias, which the filter holds for constant."""
     law = forgetting(MEAN, STDDEV, DRIFT, pace=1.0)._replace(changes=0.0)
-    wander = drift_wander(DRIFT, STDDEV, 400.0, drive_constants(DRIVE))
-    process, _ = drift_processes(wander, drive_constants(DRIVE), np.ones(2), (1.0, 0.0), elapsed)
+    constants = drive_constants(DRIVE)
+    wander = drift_wander(DRIFT, STDDEV, 400.0, constants)
+    process, _ = drift_processes(wander, constants, np.ones(2), (1.0, 0.0, 0.0), elapsed)
     belt = PLACES[:3]
     learned = learn(components).components
     expected = [

@@ -89,7 +89,14 @@ class RecoveredMcap:
         while True:
             try:
                 record = next(records)
-            except (StopIteration, McapError, struct.error, ValueError, MemoryError):
+            except (
+                StopIteration,
+                McapError,
+                struct.error,
+                ValueError,
+                ArithmeticError,
+                MemoryError,
+            ):
                 return
             if isinstance(record, DataEnd):
                 return

@@ -38,10 +38,12 @@ bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_
 bench-coverage: setup  ## measure whether stated intervals hold the truth
 	@$(VENV)/python -m benchmarks $(BENCH_ARGS)
 
-bench-estimation: setup  ## grid of kf and load, finite element plants, other estimators; resumable
+bench-estimation: setup  ## judge the estimator: grid, life, finite elements, others, cost; resumable
 	@$(VENV)/python -m benchmarks.estimation grid $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.estimation life $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation elements $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation peers $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.estimation cost $(BENCH_ARGS)
 
 clean:  ## remove what building and testing leave
 	@rm -rf build install log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

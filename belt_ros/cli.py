@@ -108,9 +108,16 @@ def replay(
         str | None, typer.Option(help="Topic of the joint states, where there are several.")
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace earlier results.")] = False,
+    smooth: Annotated[
+        bool,
+        typer.Option(
+            "--smooth/--no-smooth",
+            help="Also say every half second what is known with hindsight, from the whole bag.",
+        ),
+    ] = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Estimate a drive's state from a bag: a bag of estimates, a Parquet table, a summary."""
+    """Estimate a drive's state from a bag: a bag of estimates, Parquet tables, a summary."""
     with _errors_in_one_line():
         from belt_ros import replay as replaying
         from belt_ros.settings import load_settings
@@ -119,7 +126,13 @@ def replay(
         place = out or Path(f"{_name_of(bag)}_belt")
         with _progress_bar("replaying", quiet=quiet) as progress:
             summary = replaying.replay(
-                bag, settings, place, topic=topic, replace=force, progress=progress
+                bag,
+                settings,
+                place,
+                topic=topic,
+                replace=force,
+                smooth=smooth,
+                progress=progress,
             )
     if not quiet:
         from belt_ros.terminal import print_summary

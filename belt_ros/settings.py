@@ -30,7 +30,14 @@ Value = float | str
 _LARGEST_FILE = 1_000_000
 
 # Parameters of the node itself, which the same file may hold.
-NODE_ONLY = ("use_sim_time", "autostart", "input_", "diagnostics_period", "qos_overrides")
+NODE_ONLY = (
+    "use_sim_time",
+    "autostart",
+    "input_",
+    "diagnostics_period",
+    "memory_",
+    "qos_overrides",
+)
 
 
 class SettingsError(ValueError):

@@ -1,9 +1,27 @@
 """The estimator of one belt drive."""
 
-from launch import LaunchDescription
-from launch.actions import DeclareLaunchArgument
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
+
+
+def _belt_node(context: LaunchContext) -> list[LifecycleNode]:
+    parameters = [LaunchConfiguration("params_file")]
+    memory_file = LaunchConfiguration("memory_file").perform(context)
+    if memory_file:
+        parameters.append({"memory_file": memory_file})
+    return [
+        LifecycleNode(
+            package="belt_ros",
+            executable="belt_node",
+            name="belt_node",
+            namespace=LaunchConfiguration("namespace"),
+            parameters=parameters,
+            remappings=[("joint_states", LaunchConfiguration("joint_states_topic"))],
+            output="screen",
+        )
+    ]
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -21,14 +39,12 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="joint_states",
                 description="topic with the velocity and effort of both pulleys",
             ),
-            LifecycleNode(
-                package="belt_ros",
-                executable="belt_node",
-                name="belt_node",
-                namespace=LaunchConfiguration("namespace"),
-                parameters=[LaunchConfiguration("params_file")],
-                remappings=[("joint_states", LaunchConfiguration("joint_states_topic"))],
-                output="screen",
+            DeclareLaunchArgument(
+                "memory_file",
+                default_value="",
+                description="file that keeps what was learned of this belt from one run to the "
+                "next; empty: as params_file says",
             ),
+            OpaqueFunction(function=_belt_node),
         ]
     )

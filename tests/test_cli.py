@@ -65,6 +65,7 @@ def test_replay_prints_what_it_found_and_where_it_is(bag, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         "estimates",
         "estimates.parquet",
+        "smoothed.parquet",
         "summary.json",
     ]
 

@@ -165,7 +165,7 @@ class Drift:
 
     tension: float = setting(0.003, "tension, relative", "1/sqrt(s)", 1e-9, 10.0)
     tension_changes: float = setting(
-        1e-3, "how often the tension begins to change, e.g. a slipping tensioner", "1/s", 1e-12, 0.5
+        3e-3, "how often tension or friction begins to change quickly", "1/s", 1e-12, 0.5
     )
     friction_stiffness: float = setting(0.002, "kf, relative", "1/sqrt(s)", 1e-9, 10.0)
     friction_coefficient: float = setting(0.001, "mu, relative", "1/sqrt(s)", 1e-9, 10.0)

@@ -52,6 +52,8 @@ _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
 _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load must have jumped
 _CONTRADICTION = 50.0  # squared innovation of the travel above which positions are left out
+_WILD = 25.0  # squared innovation of a load, for every member, that is not believed ...
+_REFUSED_AT_MOST = 3  # ... in a row
 _JUMPING = np.ones(2)  # activity of the load
 _SLOW = 0.1  # rim speed [m/s] below which the slip's wander no longer shrinks with it
 _TURN = 2.0 * math.pi
@@ -105,6 +107,10 @@ class BeltFilter:
         self._bank = UnscentedBank(self.constants, self.prior_mean)
         self._changing = np.zeros(0, dtype=np.int64)
         self._log_weights = np.zeros(0)
+        self._squared = np.zeros(0)
+        self.surprises = np.zeros(0)
+        self.seen = np.zeros(0, dtype=np.int64)
+        self._loads_refused = 0
         self._updates = 0
         self._since_branch = 0.0
         self.x = self.prior_mean
@@ -128,6 +134,7 @@ class BeltFilter:
         """
         whole = Component(0.0, self.prior_mean.copy(), np.diag(self.prior_stddev**2))
         self._cut()
+        self._updates, self._since_branch = 0, 0.0
         self._begin_motion(measurement, self._narrowed(belief or [whole]))
         if self._recent.recorder is not None:
             self._recent.recorder.start(measurement.stamp_ns)
@@ -142,7 +149,10 @@ class BeltFilter:
 
     def record(self, recorder: Recorder) -> None:
         """Tell `recorder` of all steps to come, some steps late."""
+        self._cut()
         self._recent.recorder = recorder
+        if self.stamp_ns is not None:
+            recorder.start(self.stamp_ns)
 
     def finish(self) -> None:
         """Tell the recorder what it has not been told, after the last measurement."""
@@ -220,24 +230,38 @@ class BeltFilter:
         sensed = self._sensing.sense(measurement, dt)
         activity = self._follow_load(sensed, dt)
         self._rewind(activity)
-        before = self._members()
         undeveloped = self._follow_creep(dt)
-        step = self._moved(measurement.stamp_ns, dt, sensed, undeveloped, activity)
-        if np.min(self._squared) > _SURPRISE * len(sensed.z):
-            # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
-            self._bank.x, self._bank.P = before.means, before.covariances
-            activity = np.maximum(activity, _JUMPING)
-            step = self._moved(measurement.stamp_ns, dt, sensed, undeveloped, activity)
+        step = self._stepped(measurement.stamp_ns, dt, sensed, undeveloped, activity)
         if self._travel_contradicts():
+            contradiction = self.surprises[-1]
             sensed = self._without_travel(sensed)
-            step = step._replace(sensed=sensed)
+            self._bank.x, self._bank.P = step.before.means, step.before.covariances
+            step = self._stepped(measurement.stamp_ns, dt, sensed, undeveloped, activity)
+            self.seen = np.append(self.seen, Index.TRAVEL)  # for who judges the sensors
+            self.surprises = np.append(self.surprises, contradiction)
         self._recent.append(step)
         if self._sensing.counts_travel and not counted:
-            self._begin_travel(sensed)
+            self._begin_travel(measurement.stamp_ns, sensed)
         self._sensed = sensed
         self.stamp_ns = measurement.stamp_ns
         self._since_branch += dt
         return float(np.min(self._squared)) / len(sensed.z)
+
+    def _stepped(
+        self,
+        stamp_ns: int,
+        dt: float,
+        sensed: Sensed,
+        undeveloped: CreepChange,
+        activity: _Floats,
+    ) -> Step:
+        step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
+        if np.min(self._squared) > _SURPRISE * len(sensed.z):
+            # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
+            self._bank.x, self._bank.P = step.before.means, step.before.covariances
+            activity = np.maximum(activity, _JUMPING)
+            step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
+        return step
 
     def _moved(
         self,
@@ -266,7 +290,7 @@ class BeltFilter:
 
         That a load has begun to move shows some steps later; until then, the belt is blamed.
         """
-        again = self._recent.taken_too_calm(activity)
+        again = self._recent.taken_too_calm(np.minimum(activity, 1.0))
         if not again:
             return
         members = again[0].before
@@ -275,10 +299,10 @@ class BeltFilter:
         self._weights = normalised(self._log_weights)
         for step in again:
             moving = np.maximum(step.activity, np.minimum(activity, 1.0))
-            self._recent.append(
-                self._moved(step.stamp_ns, step.dt, step.sensed, step.undeveloped, moving)
-            )
-            self._take_in(step.sensed)
+            repeated = self._moved(step.stamp_ns, step.dt, step.sensed, step.undeveloped, moving)
+            self._recent.append(repeated._replace(taken_in=step.taken_in))
+            if step.taken_in:
+                self._take_in(step.sensed)
         self._summarise()
 
     def _travel_contradicts(self) -> bool:
@@ -288,19 +312,31 @@ class BeltFilter:
     def _without_travel(self, sensed: Sensed) -> Sensed:
         """Leave positions out, and count travel anew from the next measurement on."""
         self._sensing.lose_travel()
-        sensed = sensed._replace(
+        return sensed._replace(
             z=sensed.z[:-1], variance=sensed.variance[:-1], places=sensed.places[:-1]
         )
-        self._squared, _ = self._bank.innovations_squared(
-            self._weights, sensed.z, sensed.variance, sensed.places
-        )
-        return sensed
 
-    def _begin_travel(self, sensed: Sensed) -> None:
+    def _drop_broken(self) -> None:
+        """Drop members that are not finite: the last guard, against readings beyond all reason."""
+        sound = np.isfinite(self._log_weights)
+        sound &= np.all(np.isfinite(self._bank.x), axis=1)
+        sound &= np.all(np.isfinite(self._bank.P), axis=(1, 2))
+        if not np.any(sound):
+            raise FloatingPointError("no member of the filter is finite any more")
+        self._bank.x, self._bank.P = self._bank.x[sound], self._bank.P[sound]
+        self._log_weights, self._changing = self._log_weights[sound], self._changing[sound]
+
+    def _begin_travel(self, stamp_ns: int, sensed: Sensed) -> None:
         """Count rim travel from here; steps before cannot be repeated with it."""
         c, r = self.constants, sensed.variances
         self._recent.settle()
-        self._bank.begin_travel(c.driver_radius**2 * r[4] + c.driven_radius**2 * r[5])
+        memory, variance = np.ones(STATES), np.zeros(STATES)
+        memory[Index.TRAVEL] = 0.0
+        variance[Index.TRAVEL] = c.driver_radius**2 * r[4] + c.driven_radius**2 * r[5]
+        anew = Process(memory, variance, np.zeros(STATES))
+        if self._recent.recorder is not None:
+            self._recent.recorder.fade(stamp_ns, self._members(), (anew, anew))
+        self._bank.fade((anew, anew), self._changing)
 
     def _follow_load(self, sensed: Sensed, dt: float) -> _Floats:
         """Wander of both torques, relative to the greatest."""
@@ -331,6 +367,7 @@ class BeltFilter:
         """
         squared = float(self._weights @ self._squared)
         self._take_in(self._sensed)
+        self._recent.take_in()
         self._updates += 1
         if self._updates % _REDUCE_EVERY == 0:
             self._reduce()
@@ -347,9 +384,16 @@ class BeltFilter:
         if sensed.loads is NO_LOADS:
             return
         for load in np.flatnonzero(~np.isnan(sensed.loads)).tolist():
+            before = self._bank.x, self._bank.P
             innovation, variance = self._bank.observe_load(
                 load, float(sensed.loads[load]), float(sensed.load_variances[load])
             )
+            if np.min(innovation**2 / variance) > _WILD and self._loads_refused < _REFUSED_AT_MOST:
+                self._bank.x, self._bank.P = before
+                self._loads_refused += 1
+                self._sensing.ask_for_loads()
+                continue
+            self._loads_refused = 0
             self._weigh(innovation**2 / float(self._weights @ variance))
 
     def _weigh(self, squared: _Floats) -> None:
@@ -373,12 +417,15 @@ class BeltFilter:
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:
             came_from = [component.changing for component in components] + [best.changing]
-            begun = -math.expm1(-self.drift.tension_changes * self._since_branch)
-            ended = -math.expm1(-_CHANGE_END_RATE * self._since_branch)
-            log_weight = best.log_weight + math.log(ended if best.changing else begun)
+            begun = self.drift.tension_changes * self._since_branch
+            ended = _CHANGE_END_RATE * self._since_branch
+            # All that leave the mode of the best go on from where it is.
+            alike = [c.log_weight for c in components if c.changing is best.changing]
+            leaving = math.log(-math.expm1(-(ended if best.changing else begun)))
+            log_weight = float(np.logaddexp.reduce(alike)) + leaving
             branch = Component(log_weight, best.mean, best.covariance, not best.changing)
             for component in components:
-                component.log_weight += math.log1p(-(ended if component.changing else begun))
+                component.log_weight -= ended if component.changing else begun
             components.append(branch)
             self._recent.switch(components, came_from)
             self._since_branch = 0.0
@@ -417,6 +464,14 @@ class BeltFilter:
         self._log_weights = np.array([component.log_weight for component in components])
 
     def _summarise(self) -> None:
-        """Set `x` and `covariance` to those of the sum."""
+        """Set `x` and `covariance` to those of the sum.
+
+        Raises
+        ------
+        FloatingPointError
+            If no member is finite any more.
+        """
+        if not math.isfinite(float(np.sum(self._log_weights) + np.sum(self._bank.x))):
+            self._drop_broken()
         self._weights = normalised(self._log_weights)
         self.x, self.covariance = mixture_moments(self._weights, self._bank.x, self._bank.P)

@@ -21,6 +21,7 @@ _Floats = NDArray[np.float64]
 _NEGLIGIBLE = -18.0  # ln of the relative weight at which a member is dropped
 _REACH, _SPACING = 2.4, 0.75  # of the parts of a split: how far out, and how near, in deviations
 _WORTH_SPLITTING = 1.1  # how much wider a member must be
+_FINEST = 0.15  # width of a part to that of the whole
 _SPLIT_ABOVE = 1e-3  # weight of the heaviest
 _MOST_MEMBERS = 96
 _ALIKE = 0.1  # squared distance between members, per their own variance, at which they are merged
@@ -87,7 +88,7 @@ def narrowed(
         best = max(component.log_weight for component in components)
         parts: list[Component] = []
         for component in sorted(components, key=lambda c: -c.log_weight):
-            ratio = width / math.sqrt(component.covariance[axis, axis])
+            ratio = max(width / math.sqrt(component.covariance[axis, axis]), _FINEST)
             light = component.log_weight < best + math.log(_SPLIT_ABOVE)
             if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > most:
                 parts.append(component)

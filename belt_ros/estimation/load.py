@@ -20,7 +20,9 @@ _Floats = NDArray[np.float64]
 _PACES = np.array([1.0, 0.1, 0.01, 0.001])  # of the greatest wander
 _PRIOR = np.array([0.02, 0.08, 0.3, 0.6])
 _ENDING = np.array([2.0, 2.0, 0.2, 0.1])  # of each pace [1/s]
+_WITHOUT_SPEED = 0.1  # pace
 _TELLING = 0.03  # pace of the slip above which the load must be what moves it
+_GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
 
 
@@ -66,7 +68,7 @@ def _followed(
     if least > _JUMP:
         jump: float = abs(z - mean[0]) / (fastest * math.sqrt(dt))
         _began(mean, variance, weight, z, r)
-        return max(jump, 1.0)
+        return max(min(jump, _GREATEST_JUMP / math.sqrt(dt)), 1.0)
     for j in range(_PACES.size):
         spread = variance[j] + r
         squared = (z - mean[j]) ** 2 / spread
@@ -113,7 +115,8 @@ def _follow(
         pace[1] = pace[0]
     if math.isnan(pace[0]):
         return np.ones(2)
-    moved = min(pace[2], 1.0)  # NaN, without a speed, tells nothing
+    # Without a speed, nothing would tell that it moves but the torques themselves.
+    moved = _WITHOUT_SPEED if math.isnan(pace[2]) else min(pace[2], 1.0)
     return np.maximum(pace[:2], moved if moved > _TELLING else 0.0)
 
 

@@ -2,7 +2,8 @@
 
 Bad measurements are turned away with a reason and counted; the state before them stays. Stamps that
 jump by more than the allowed gap are believed only when several follow each other: backwards the
-monitor then starts anew (a looping bag), forwards it resumes with what it knows of the belt.
+monitor then starts anew (a looping bag), with what was restored or set by maintenance, if anything
+was; forwards it resumes with what it knows of the belt.
 """
 
 import math
@@ -14,6 +15,7 @@ from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, SlipAlarm
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
 from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
+from belt_ros.estimation.condensing import renewed
 from belt_ros.estimation.estimate import (
     BeltEstimate,
     Health,
@@ -40,6 +42,7 @@ _GATE = 1000.0  # normalised innovation squared per degree of freedom no load st
 _GATED_AT_MOST = 3  # in a row; then it is the filter that is wrong
 _JUMPS_TO_BELIEVE = 3
 _MISFIT_MEMORY = 0.3  # [s]
+_MISFIT_STEP = 0.1  # [s]
 _MISFIT_CLIP = 10.0  # a single surprise, such as a load step, is not sustained
 _LOST = 6.0  # sustained innovation per degree of freedom at which the filter counts as lost
 _GROSS_SLIP_MARGIN = 0.01
@@ -48,6 +51,7 @@ _SENSORS = ("driver speed", "driven speed", "driver torque", "driven torque", "p
 _SENSOR_OF = np.zeros(STATES, dtype=np.int64)  # by the state that it reads
 _SENSOR_OF[[Index.DRIVER_SPEED, Index.DRIVEN_SPEED]] = 0, 1
 _SENSOR_OF[[Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE, Index.TRAVEL]] = 2, 3, 4
+_MOTION = [place for place in Index if not Index.LOG_TENSION <= place <= Index.CREEP_ERROR]
 _TURN = 2.0 * math.pi
 
 
@@ -85,6 +89,7 @@ class BeltMonitor:
         noise = noise or SensorNoise()
         self._filter = BeltFilter(drive, prior or Prior(), noise, drift or Drift(), turns)
         self._drive = drive
+        self._noise = noise
         self._calibration = Calibration(drive, noise)
         self._belief: list[Component] | None = None  # to start from
         self._driver_radius = drive.driver.radius
@@ -152,7 +157,15 @@ class BeltMonitor:
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
         self._belief = None
+        self.restart()
+
+    def restart(self) -> None:
+        """Start anew at what was restored or set by maintenance or calibration, else at the priors.
+
+        Alarm and counters start anew as well; a calibration that is under way is given up.
+        """
         self._resets += 1
+        self._calibration = Calibration(self._drive, self._noise)
         self._begin()
         self.alarm.reset()
 
@@ -161,19 +174,19 @@ class BeltMonitor:
     ) -> None:
         """Go on with other noise, drift, limits and alarm thresholds, keeping all that is known."""
         self._filter.retune(noise, drift)
+        self._noise = noise
         if not self._calibration.running:
             self._calibration = Calibration(self._drive, noise)
         self.limits = limits
         self.alarm.settings = alarm
 
     def learned(self, date: float) -> Learned | None:
-        """Return what has been learned of the belt, None before the first estimate.
+        """Return what has been learned of the belt, None if that is nothing yet.
 
         `date` is that of the last measurement [s], since the Unix epoch, by the caller's clock.
         """
-        if self._estimate is None:
-            return None
-        return learned_from(self._filter.belief(), self.name, self._drive, date)
+        known = self._belief if self._estimate is None else self._filter.belief()
+        return None if known is None else learned_from(known, self.name, self._drive, date)
 
     def restore(self, learned: Learned, elapsed: float) -> str:
         """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
@@ -199,7 +212,8 @@ class BeltMonitor:
 
     def _adopt(self, belief: list[Component]) -> None:
         """Start, or go on, from another belief, with which traction is compared from now on."""
-        self._belief = belief
+        mean, variance = self._filter.prior_mean[_MOTION], self._filter.prior_stddev[_MOTION] ** 2
+        self._belief = [renewed(member, _MOTION, mean, variance) for member in belief]
         self._reference = self._traction_reference(belief)
         if self._estimate is not None:
             self._filter.adopt_belief(belief)
@@ -277,6 +291,17 @@ class BeltMonitor:
         self._jump_ns = None
         if dt <= 0.0:
             return Rejection.OUT_OF_ORDER
+        try:
+            return self._take_in(measurement, dt)
+        except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
+            self.reset()
+            if any(map(math.isnan, measurement.speeds)):
+                return Rejection.INCOMPLETE
+            self._filter.start(measurement)
+            return Rejection.NONE
+
+    def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
+        """Move the filter by `dt` [s] and take the measurement in, unless it is impossible."""
         innovation = self._filter.predict(measurement)
         if not innovation <= _GATE:
             self._gated += 1
@@ -289,7 +314,8 @@ class BeltMonitor:
             self._judge_fit(dt)
         self._gated = 0
         surprise = min(innovation, _MISFIT_CLIP) - self._misfit
-        self._misfit -= math.expm1(-dt / _MISFIT_MEMORY) * surprise
+        # One surprise alone, after a gap, is not sustained.
+        self._misfit -= math.expm1(-min(dt, _MISFIT_STEP) / _MISFIT_MEMORY) * surprise
         return Rejection.NONE
 
     def _judge_fit(self, dt: float) -> None:
@@ -316,8 +342,8 @@ class BeltMonitor:
         if forward:
             self._filter.resume(measurement)
         else:
-            self.reset()
-            self._filter.start(measurement)
+            self.restart()
+            self._filter.start(measurement, self._belief)
         return Rejection.NONE
 
     def _describe(self, stamp_ns: int) -> BeltEstimate:

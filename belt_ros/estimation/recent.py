@@ -28,6 +28,7 @@ class Step(NamedTuple):
     calm: tuple[float, float]  # ... as plain floats
     processes: tuple[Process, Process]
     moved: Moved
+    taken_in: bool = False  # a gated one is not
 
 
 class Recorder(Protocol):
@@ -65,10 +66,19 @@ class RecentSteps:
         if len(self._steps) > _WINDOW:
             self._settle(self._steps.popleft())
 
+    def take_in(self) -> None:
+        """Note that what was sensed at the last step has been taken in."""
+        if self._steps:
+            self._steps[-1] = self._steps[-1]._replace(taken_in=True)
+
     def switch(self, members: list[Component], came_from: list[bool]) -> None:
         """Keep a change of modes, after the last step."""
-        if self.recorder is not None and self._steps:
+        if self.recorder is None:
+            return
+        if self._steps:
             self._switches[self._steps[-1].stamp_ns] = members, came_from
+        else:
+            self.recorder.switch(members, came_from)
 
     def taken_too_calm(self, activity: _Floats) -> list[Step]:
         """Take out the last steps, from the first that was taken for much calmer than this."""

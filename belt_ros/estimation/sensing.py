@@ -88,6 +88,10 @@ class Sensing:
         self._angles = self._first = self._speeds = _NOWHERE
         self._since_loads = math.inf
 
+    def ask_for_loads(self) -> None:
+        """Take loads in again with the next measurement."""
+        self._since_loads = math.inf
+
     def lose_travel(self) -> None:
         """Count angles anew from the next reading on."""
         self._angles = _NOWHERE

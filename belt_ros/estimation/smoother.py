@@ -14,6 +14,7 @@ before it.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from enum import IntEnum
 from types import TracebackType
 from typing import NamedTuple
@@ -95,7 +96,8 @@ class Smoother:
         self._anchor = anchor
         self._tension = tension
         self._axes = tuple(axes)
-        self._block_ns = block_ns
+        self.block_ns = block_ns
+        self._beliefs = 0
         self._tape = Tape(_IN_MEMORY)
         self.start(0)
 
@@ -112,7 +114,13 @@ class Smoother:
 
     def close(self) -> None:
         """Remove what was kept."""
-        self._tape.close()
+        with suppress(OSError):  # a full disk refuses the last bytes
+            self._tape.close()
+
+    @property
+    def beliefs(self) -> int:
+        """Number of beliefs that `smoothed` yields."""
+        return self._beliefs
 
     def start(self, stamp_ns: int) -> None:
         """Begin a chain of steps at `stamp_ns`; call `cut` before to end another."""
@@ -166,6 +174,7 @@ class Smoother:
             for c in members
         ]
         self._tape.append(Record(_Kind.BELIEF, self._stamp_ns, np.concatenate(values)))
+        self._beliefs += 1
 
     def smoothed(self) -> Iterator[Smoothed]:
         """Yield beliefs of all ends of blocks, the newest first, after `cut` at the last of all.
@@ -189,7 +198,7 @@ class Smoother:
     def _advance(self, stamp_ns: int) -> None:
         self._stamp_ns = stamp_ns
         self._steps += 1
-        if stamp_ns // self._block_ns != self._begun_ns // self._block_ns:
+        if stamp_ns // self.block_ns != self._begun_ns // self.block_ns:
             self._close_block()
 
     def _close_block(self) -> None:
@@ -198,6 +207,7 @@ class Smoother:
             return
         values = np.concatenate([np.ravel(part) for kernel in self._kernels for part in kernel])
         self._tape.append(Record(_Kind.BLOCK, self._begun_ns, values))
+        self._beliefs += 1
         self.start(self._stamp_ns)
 
     def _unpacked(self, values: _Floats) -> list[Kernel]:

@@ -19,6 +19,7 @@ from belt_ros.mechanics._compile import compiled
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
 _SMALLEST_PIVOT = 1e-14
+_ROUNDING = 1e-16  # of a variance
 
 
 @compiled
@@ -45,9 +46,10 @@ def lower_root(p: _Floats) -> _Floats:
     lower = np.zeros((n, n))
     scale = np.empty(n)
     for i in range(n):
-        scale[i] = math.sqrt(max(p[i, i], 1e-300))
+        scale[i] = math.sqrt(max(p[i, i], 0.0))
         for j in range(i + 1):
-            rest = p[i, j] / (scale[i] * scale[j])
+            both = scale[i] * scale[j]
+            rest = min(max(p[i, j] / both, -1.0), 1.0) if both > 0.0 else 0.0
             for k in range(j):
                 rest -= lower[i, k] * lower[j, k]
             if i == j:
@@ -166,12 +168,15 @@ def take_in(
         for i in range(n):
             gain[i] = p[i, at] / total
         row = p[at].copy()
+        row_of = np.diag(p).copy()  # variances before
         for i in range(n):
             x[i] += gain[i] * innovation
             for j in range(i + 1):
                 value = p[i, j] - gain[i] * row[j] - row[i] * gain[j] + gain[i] * total * gain[j]
                 p[i, j] = value
                 p[j, i] = value
+            p[i, i] = max(p[i, i], _ROUNDING * row_of[i])
+        p[at, at] = row_of[at] * variance[reading] / total
     return x, p
 
 

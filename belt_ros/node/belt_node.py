@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from belt_msgs.msg import BeltState, SlipAlarm
+from belt_msgs.srv import RecordMaintenance
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, JumpThreshold, TimeJump
@@ -21,7 +22,10 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from belt_ros.estimation import Rejection, Severity
-from belt_ros.node.diagnostics import REJECTION_ADVICE
+from belt_ros.estimation.calibration import CalibrationResult
+from belt_ros.node import services
+from belt_ros.node.diagnostics import REJECTION_ADVICE, memory_status
+from belt_ros.node.memory import Memory
 from belt_ros.node.parameters import (
     NodeSettings,
     check_changes,
@@ -69,13 +73,13 @@ class BeltNode(LifecycleNode):
         self.add_post_set_parameters_callback(self._apply_parameters)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._pipeline: Pipeline | None = None
+        self._memory: Memory | None = None
         self._made_by_configure = ExitStack()
         self._active = False
         self._unconfigured_because = "nobody has configured it"
         self._rejections_logged: dict[Rejection, float] = {}
         self._reminder = self.create_timer(_REMINDER_PERIOD, self._remind, clock=self._steady)
-        self.create_service(Trigger, "~/reset", self._on_reset)
-        self.create_service(Trigger, "~/acknowledge", self._on_acknowledge)
+        self._offer_services()
         self._jump_handle = self.get_clock().create_jump_callback(
             JumpThreshold(
                 min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
@@ -84,6 +88,34 @@ class BeltNode(LifecycleNode):
         )
         if self.get_parameter("autostart").value is True:
             self._autostart()
+
+    def _offer_services(self) -> None:
+        def offer(kind: type, name: str, answer: Callable[[Any], services.Answer]) -> None:
+            def respond(request: Any, response: Any) -> Any:
+                response.success, response.message = answer(request)
+                if response.success:
+                    self.get_logger().info(response.message)
+                return response
+
+            self.create_service(kind, name, respond)
+
+        offer(Trigger, "~/reset", lambda _: services.reset(self._running, self._memory))
+        offer(
+            Trigger,
+            "~/acknowledge",
+            lambda _: services.acknowledge(self._running, self._publish_alarm),
+        )
+        offer(Trigger, "~/calibrate", lambda _: services.calibrate(self._running))
+        offer(
+            RecordMaintenance,
+            "~/record_maintenance",
+            lambda request: services.record_maintenance(self._pipeline, self._memory, request),
+        )
+
+    @property
+    def _running(self) -> Pipeline | None:
+        """The pipeline, while it is to be used."""
+        return self._pipeline if self._active else None
 
     def _autostart(self) -> None:
         if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
@@ -106,6 +138,7 @@ class BeltNode(LifecycleNode):
         self._make_publishers()
         self._make_inputs(node_settings)
         self._pipeline = Pipeline(self.get_name(), self._subscription.topic_name, settings)
+        self._open_memory(self._pipeline, node_settings)
         self.get_logger().info(
             f"{settings.name}: configured, kernels compiled or loaded in {seconds:.2f} s"
         )
@@ -142,6 +175,17 @@ class BeltNode(LifecycleNode):
         )
         self._made_by_configure.callback(self.destroy_timer, timer)
 
+    def _open_memory(self, pipeline: Pipeline, settings: NodeSettings) -> None:
+        if settings.memory_file is None:
+            return
+        logger = self.get_logger()
+        self._memory = Memory(settings.memory_file, pipeline, logger.warning)
+        restored = self._memory.restore()
+        if restored:
+            logger.info(restored)
+        timer = self.create_timer(settings.memory_period, self._memory.save, clock=self._steady)
+        self._made_by_configure.callback(self.destroy_timer, timer)
+
     @_reported
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to estimate and publish."""
@@ -156,6 +200,8 @@ class BeltNode(LifecycleNode):
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Estimate and publish nothing; what has been learned is kept."""
         self._active = False
+        if self._memory is not None:
+            self._memory.finish()
         return super().on_deactivate(state)
 
     @_reported
@@ -177,8 +223,19 @@ class BeltNode(LifecycleNode):
         self._release("a transition failed")
         return super().on_error(state)
 
+    def destroy_node(self) -> None:
+        """Keep what has been learned, and destroy the node."""
+        self._close_memory()
+        super().destroy_node()
+
+    def _close_memory(self) -> None:
+        if self._memory is not None:
+            self._memory.close()
+            self._memory = None
+
     def _release(self, why: str) -> None:
         self._active = False
+        self._close_memory()
         self._pipeline = None
         self._unconfigured_because = why
         self._made_by_configure.close()
@@ -197,23 +254,36 @@ class BeltNode(LifecycleNode):
             self._pipeline.retune(read_drive_settings(self))
 
     def _on_joint_state(self, message: JointState) -> None:
-        if self._pipeline is None or not self._active:
+        pipeline = self._running
+        if pipeline is None:
             return
         try:
-            outcome = self._pipeline.take(message, self.get_clock().now().nanoseconds)
+            outcome = pipeline.take(message, self.get_clock().now().nanoseconds)
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             self.get_logger().error(f"estimation failed, starting anew at the priors: {error}")
-            self._pipeline.reset()
+            pipeline.reset()
             return
         if outcome.state is None:
             self._log_rejection(outcome.reason)
             return
         self._state_publisher.publish(outcome.state)
         if outcome.alarm is not None:
-            self._alarm_publisher.publish(outcome.alarm)
+            self._publish_alarm(outcome.alarm)
             self._log_alarm(outcome.alarm)
         if outcome.worsened:
-            self._publish_rows(self._pipeline.drive_status())
+            self._publish_rows(pipeline.drive_status())
+        if outcome.calibration is not None:
+            self._tell_calibration(pipeline, outcome.calibration)
+
+    def _publish_alarm(self, alarm: SlipAlarm) -> None:
+        self._alarm_publisher.publish(alarm)
+
+    def _tell_calibration(self, pipeline: Pipeline, result: CalibrationResult) -> None:
+        if result.ratio_bias is None:
+            self.get_logger().warning(result.message)
+        else:
+            self.get_logger().info(result.message)
+        self._publish_rows(pipeline.calibration_status())
 
     def _log_rejection(self, reason: Rejection) -> None:
         now = self._steady.now().nanoseconds * 1e-9
@@ -232,11 +302,18 @@ class BeltNode(LifecycleNode):
             self.get_logger().info(alarm.message)
 
     def _publish_diagnostics(self) -> None:
-        if self._pipeline is not None and self._active:
-            self._publish_rows(self._pipeline.drive_status(), self._pipeline.input_status())
+        pipeline = self._running
+        if pipeline is None:
+            return
+        kept = None
+        if self._memory is not None:
+            kept = memory_status(self.get_name(), pipeline.drive_name, self._memory.report())
+        self._publish_rows(
+            pipeline.drive_status(), pipeline.input_status(), kept, pipeline.calibration_status()
+        )
 
-    def _publish_rows(self, *rows: DiagnosticStatus) -> None:
-        message = DiagnosticArray(status=list(rows))
+    def _publish_rows(self, *rows: DiagnosticStatus | None) -> None:
+        message = DiagnosticArray(status=[row for row in rows if row is not None])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics_publisher.publish(message)
 
@@ -244,24 +321,4 @@ class BeltNode(LifecycleNode):
         del jump
         now_ns = self.get_clock().now().nanoseconds
         if self._pipeline is not None and self._pipeline.reset_after_jump(now_ns):
-            self.get_logger().warning("ROS time went back: starting anew at the priors")
-
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._pipeline is None or not self._active:
-            response.message = "not active"
-            return response
-        self._pipeline.reset()
-        response.success = True
-        response.message = f"started anew at the priors, reset {self._pipeline.health.resets}"
-        self.get_logger().info(response.message)
-        return response
-
-    def _on_acknowledge(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        alarm = self._pipeline.acknowledge() if self._pipeline and self._active else None
-        if alarm is None:
-            response.message = "no estimate yet" if self._active else "not active"
-            return response
-        self._alarm_publisher.publish(alarm)
-        response.success = True
-        response.message = alarm.message
-        return response
+            self.get_logger().warning("ROS time went back: starting anew, as this run began")

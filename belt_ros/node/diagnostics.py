@@ -3,17 +3,21 @@
 Units stand in the key and the value is nothing but a number, so that plotting tools read it.
 """
 
+import math
 from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Phase, Rejection, Severity
+from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.estimation.fit import worst_sensor
 from belt_ros.node.input_meter import InputReport
+from belt_ros.node.memory import MemoryReport, span
 
 REJECTION_ADVICE: dict[Rejection, str] = {
     Rejection.NONE: "accepted",
-    Rejection.NOT_FINITE: "a speed is NaN, or a value infinite: check the sensor and its driver",
+    Rejection.NOT_FINITE: "both speeds are NaN, or a value is infinite: check the sensor and its "
+    "driver",
     Rejection.OUT_OF_RANGE: "a speed or torque is beyond limits.*: check the sensor and its units",
     Rejection.STALE: "older than allowed: check the clocks of sender and receiver",
     Rejection.OUT_OF_ORDER: "the stamp does not follow the one before: check that the sender "
@@ -180,6 +184,47 @@ def _judge_fit(health: Health) -> tuple[bytes, str]:
             "check it and its noise.* in the parameters, and the pulleys' scales and inertias",
         )
     return DiagnosticStatus.OK, "every measurement is used"
+
+
+def memory_status(node_name: str, drive_name: str, report: MemoryReport) -> DiagnosticStatus:
+    """Return the row of what is kept from one run to the next."""
+    restored, saved = not math.isnan(report.restored_age), not math.isnan(report.since_saved)
+    values: dict[str, float] = {"restored": int(restored), "saves": report.saves}
+    if restored:
+        values["age when restored [s]"] = report.restored_age
+    if saved:
+        values["since saved [s]"] = report.since_saved
+    if report.trouble:
+        level, message = DiagnosticStatus.WARN, report.trouble
+    else:
+        level = DiagnosticStatus.OK
+        since = f"saved {span(report.since_saved)} ago" if saved else "nothing saved yet"
+        began = f"what was learned {span(report.restored_age)} before" if restored else "the priors"
+        message = f"{since}; the run began with {began}"
+    return _status(f"{node_name}: {drive_name} memory", drive_name, level, message, values)
+
+
+def calibration_status(
+    node_name: str, drive_name: str, result: CalibrationResult | None
+) -> DiagnosticStatus:
+    """Return the row of the last calibration; `result` is None while it goes on."""
+    level, message = DiagnosticStatus.OK, "turn the drive steadily and without load"
+    values: dict[str, float] = {"running": int(result is None)}
+    if result is not None:
+        message = result.message
+        values["samples"] = result.samples
+        if result.ratio_bias is None:
+            level = DiagnosticStatus.WARN
+        for key, quantity in (
+            ("ratio bias [-]", result.ratio_bias),
+            ("driver torque at no load [N m]", result.driver_torque_offset),
+            ("driven torque at no load [N m]", result.driven_torque_offset),
+        ):
+            if quantity is not None:
+                name, _, unit = key.partition(" [")
+                values[key] = quantity.value
+                values[f"{name} stddev [{unit}"] = quantity.stddev
+    return _status(f"{node_name}: {drive_name} calibration", drive_name, level, message, values)
 
 
 def _words(reason: Rejection) -> str:

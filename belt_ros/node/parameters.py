@@ -4,6 +4,7 @@ import difflib
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -40,22 +41,33 @@ def _node_table() -> Iterator[Parameter]:
     )
     yield Parameter("input_depth", 200, "queue of joint_states", "messages", 1, 100_000)
     yield Parameter("diagnostics_period", 1.0, "between two /diagnostics", "s", 0.05, 60.0)
+    yield Parameter(
+        "memory_file",
+        "",
+        "file in which what was learned of the belt outlives the run, one for each drive; empty: "
+        "none",
+        fixed=False,
+    )
+    yield Parameter("memory_period", 10.0, "between two savings of memory_file", "s", 0.1, 86400.0)
 
 
 NODE_PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _node_table()}
 _ALL = NODE_PARAMETERS | PARAMETERS
+_WHILE_UNCONFIGURED = ("memory_file",)
 _OF_EVERY_NODE = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 _GROUPS = {name.partition(".")[0] for name in PARAMETERS if "." in name}
 
 
 @dataclass(frozen=True)
 class NodeSettings:
-    """What concerns the node rather than the drive."""
+    """What concerns the node rather than the drive. `memory_file` is absolute; None: no memory."""
 
     autostart: bool
     input_reliability: str
     input_depth: int
     diagnostics_period: float
+    memory_file: Path | None
+    memory_period: float
 
 
 def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDescriptor:
@@ -64,6 +76,8 @@ def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDe
         constraints.append(f"one of {', '.join(parameter.choices)}")
     if parameter.fixed:
         constraints.append("fixed while the node lives")
+    elif parameter.name in _WHILE_UNCONFIGURED:
+        constraints.append("can be changed only while the node is unconfigured")
     elif parameter.name.startswith("prior."):
         constraints.append("a change takes effect when the node is configured anew")
     descriptor = ParameterDescriptor(
@@ -145,7 +159,24 @@ def read_node_settings(node: Node) -> NodeSettings:
         name: parameter.check(node.get_parameter(name).value)
         for name, parameter in NODE_PARAMETERS.items()
     }
-    return NodeSettings(**values | {"input_depth": int(values["input_depth"])})
+    values["input_depth"] = int(values["input_depth"])
+    values["memory_file"] = _absolute_path("memory_file", values["memory_file"])
+    return NodeSettings(**values)
+
+
+def _absolute_path(name: str, text: str) -> Path | None:
+    """Return the path that `text` means, with `~` expanded; None where it is empty."""
+    if not text:
+        return None
+    try:
+        return Path(text).expanduser().absolute()
+    except (OSError, RuntimeError) as error:
+        raise SettingsError(f"{name} is {text!r}, which is no usable path: {error}") from error
+
+
+def _check_unchanged(node: Node, name: str, value: object) -> None:
+    if value != node.get_parameter(name).value:
+        raise SettingsError(f"{name} can be changed only while the node is unconfigured")
 
 
 def check_changes(
@@ -160,6 +191,8 @@ def check_changes(
         for name, value in values.items():
             if name in _ALL:
                 _ALL[name].check(value)
+            if configured and name in _WHILE_UNCONFIGURED:
+                _check_unchanged(node, name, value)
         ours = {name: value for name, value in values.items() if name in PARAMETERS}
         if configured and ours:
             settings_from_parameters(_values(node) | ours)

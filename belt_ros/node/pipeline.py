@@ -14,32 +14,40 @@ from sensor_msgs.msg import JointState
 from belt_ros.estimation import (
     AlarmStatus,
     Health,
+    Learned,
+    Maintenance,
     Measurement,
     MonitorOutput,
     Rejection,
     Severity,
 )
+from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node.conversions import (
     alarm_message,
     measurement_from_joint_state,
     nanoseconds,
     state_message,
 )
-from belt_ros.node.diagnostics import drive_status, input_status
+from belt_ros.node.diagnostics import calibration_status, drive_status, input_status
 from belt_ros.node.input_meter import InputMeter
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
+_CALIBRATION_LOST = CalibrationResult("ratio not calibrated: the estimate was started anew")
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one message: a state if it was accepted, an alarm if that has changed."""
+    """What came of one message: a state if it was accepted, an alarm if that has changed.
+
+    `calibration` is there when one has just ended.
+    """
 
     reason: Rejection
     state: BeltState | None = None
     alarm: SlipAlarm | None = None
     worsened: bool = False
+    calibration: CalibrationResult | None = None
 
 
 class Pipeline:
@@ -69,7 +77,20 @@ class Pipeline:
         self._steady = steady
         self._monitor = settings.monitor()
         self._alarm: AlarmStatus | None = None
+        self._taken_in = 0
+        self._calibrating: int | None = None  # the number of resets when it began
+        self._calibrated: CalibrationResult | None = None
         self.begin()
+
+    @property
+    def drive_name(self) -> str:
+        """Name of the drive."""
+        return self._settings.name
+
+    @property
+    def taken_in(self) -> int:
+        """Measurements accepted and maintenance recorded so far, whatever was reset."""
+        return self._taken_in
 
     @property
     def alarm(self) -> AlarmStatus | None:
@@ -103,11 +124,13 @@ class Pipeline:
     def _outcome(self, output: MonitorOutput) -> Outcome:
         if output.rejection is not Rejection.NONE or output.estimate is None:
             return Outcome(output.rejection)
+        self._taken_in += 1
+        calibration = self._calibration_ended(output)
         status = output.alarm
         name = self._settings.name
         state = state_message(name, output.estimate)
         if status is None:
-            return Outcome(Rejection.NONE, state)
+            return Outcome(Rejection.NONE, state, calibration=calibration)
         before = Severity.NORMAL if self._alarm is None else self._alarm.severity
         self._alarm = status
         return Outcome(
@@ -115,14 +138,25 @@ class Pipeline:
             state,
             alarm_message(name, status),
             worsened=status.severity > before,
+            calibration=calibration,
         )
+
+    def _calibration_ended(self, output: MonitorOutput) -> CalibrationResult | None:
+        """Return the result of a calibration that ended with this measurement."""
+        if self._calibrating is None or output.estimate is None:
+            return None
+        lost = output.estimate.health.resets != self._calibrating
+        result = _CALIBRATION_LOST if lost else output.calibration
+        if result is not None:
+            self._calibrating, self._calibrated = None, result
+        return result
 
     def reset(self) -> None:
         """Start anew at the priors."""
         self._monitor.reset()
 
     def reset_after_jump(self, now_ns: int) -> bool:
-        """Start anew if ROS time, now `now_ns` [ns], has gone back behind the estimate.
+        """Start anew where the run began if ROS time, `now_ns` [ns], is back behind the estimate.
 
         Returns
         -------
@@ -132,7 +166,7 @@ class Pipeline:
         estimate = self._monitor.estimate
         behind = estimate is not None and estimate.stamp_ns > now_ns
         if behind:
-            self._monitor.reset()
+            self._monitor.restart()
         return behind
 
     def acknowledge(self) -> SlipAlarm | None:
@@ -142,6 +176,42 @@ class Pipeline:
             return None
         self._alarm = status
         return alarm_message(self._settings.name, status)
+
+    def learned(self, now: float) -> Learned | None:
+        """Return what has been learned of the belt; None if that is nothing yet.
+
+        `now` is wall time [s] since the Unix epoch. What is learned is as old as the last
+        measurement that was accepted.
+
+        Raises
+        ------
+        MemoryRefusedError
+            If it is nothing worth remembering.
+        """
+        return self._monitor.learned(now - self._meter.unused(self._steady()))
+
+    def restore(self, learned: Learned, elapsed: float) -> str:
+        """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
+
+        Raises
+        ------
+        MemoryRefusedError
+            If it is of another drive.
+        """
+        return self._monitor.restore(learned, elapsed)
+
+    def maintain(self, maintenance: Maintenance) -> str:
+        """Take in what was done to the belt; return a sentence for the log."""
+        message = self._monitor.maintain(maintenance)
+        self._taken_in += 1
+        return message
+
+    def calibrate(self) -> bool:
+        """Begin to calibrate the radius ratio; whether that is possible now."""
+        if not self._monitor.calibrate():
+            return False
+        self._calibrating = self._monitor.health.resets
+        return True
 
     def retune(self, settings: DriveSettings) -> None:
         """Use other noise, drift, limits and alarm thresholds from now on."""
@@ -168,6 +238,15 @@ class Pipeline:
             self._meter.report(self._steady()),
             self._monitor.health,
             self._settings.limits.greatest_gap,
+        )
+
+    def calibration_status(self) -> DiagnosticStatus | None:
+        """Return the diagnostics of the calibration; None if there never was one."""
+        running = self._calibrating is not None
+        if not running and self._calibrated is None:
+            return None
+        return calibration_status(
+            self._node_name, self._settings.name, None if running else self._calibrated
         )
 
 

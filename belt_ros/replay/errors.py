@@ -1,4 +1,4 @@
-"""What can be wrong with a bag, in one class."""
+"""What can be wrong with a bag, and with the place of its results."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -9,6 +9,10 @@ from rosbags.rosbag2 import ReaderError
 
 class BagError(Exception):
     """A bag that cannot be used; the message names the file and what to do."""
+
+
+class ResultsError(Exception):
+    """A place where results cannot be written; the message says why."""
 
 
 @contextmanager

@@ -7,26 +7,26 @@ import json
 import os
 import shutil
 import tempfile
-from contextlib import suppress
+from collections.abc import Iterable
+from contextlib import closing, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from belt_ros.estimation import AlarmStatus, BeltEstimate
 from belt_ros.message_fields import state_fields
+from belt_ros.replay.errors import ResultsError
 from belt_ros.replay.result_bag import ALARM_TOPIC, STATE_TOPIC, ResultBag
-from belt_ros.replay.tables import StateTable
+from belt_ros.replay.smoothing import SMOOTHED_FIELDS, SmoothedRow
+from belt_ros.replay.tables import SmoothedTable, StateTable
 
 BAG_NAME = "estimates"
 TABLE_NAME = "estimates.parquet"
+SMOOTHED_NAME = "smoothed.parquet"
 SUMMARY_NAME = "summary.json"
-_OURS = {BAG_NAME, TABLE_NAME, SUMMARY_NAME}
+_OURS = {BAG_NAME, TABLE_NAME, SMOOTHED_NAME, SUMMARY_NAME}
 
 __all__ = ["ALARM_TOPIC", "STATE_TOPIC", "ResultWriter", "ResultsError"]
-
-
-class ResultsError(Exception):
-    """A place where results cannot be written; the message says why."""
 
 
 def check_place(out: Path, *, replace: bool) -> None:
@@ -47,7 +47,7 @@ def check_place(out: Path, *, replace: bool) -> None:
 
 
 class ResultWriter:
-    """Bag, table and summary of one replay. A context manager: leaving it by an error undoes all.
+    """Bag, tables and summary of one replay. A context manager: leaving it by an error undoes all.
 
     Parameters
     ----------
@@ -106,6 +106,13 @@ class ResultWriter:
     def write_alarm(self, log_ns: int, status: AlarmStatus) -> None:
         """Write one change of the alarm to the bag."""
         self._bag.write_alarm(log_ns, self._drive_name, status)
+
+    def write_smoothed(self, rows: Iterable[SmoothedRow]) -> None:
+        """Write the table of what is known with hindsight, in one go."""
+        path = self._part / SMOOTHED_NAME
+        with closing(SmoothedTable(path, self._drive_name, SMOOTHED_FIELDS)) as table:
+            for row in rows:
+                table.append(*row)
 
     def commit(self, summary: dict[str, Any]) -> None:
         """Complete bag and table, add the summary, and put all in place."""

@@ -19,38 +19,18 @@ from belt_ros.estimation import (
     Rejection,
     Severity,
 )
-from belt_ros.estimation.estimate import log_spread
 from belt_ros.message_fields import state_fields
+from belt_ros.replay.quantities import Extreme, FinalQuantity, with_interval
+from belt_ros.replay.smoothed_summary import SmoothedSummary
 from belt_ros.replay.tables import state_units
 from belt_ros.settings import DriveSettings
 
 _Kind = TypeVar("_Kind", bound=IntEnum)
 _SECONDS = 1e-9
-_LOG_NORMAL = ("friction_stiffness", "friction_coefficient")
-_SIGMAS_95 = 1.96
 _WELL_MOVING = 10.0  # times the standstill speed; a start from rest has any slip up to 100 %
 _COMPUTED_WITH = ("numpy", "scipy", "numba", "filterpy", "rosbags")
 
-
-@dataclass(frozen=True)
-class Extreme:
-    """The most remarkable value of a quantity, and when: `time` [s] after the first measurement."""
-
-    value: float
-    stddev: float
-    stamp_ns: int
-    time: float
-
-
-@dataclass(frozen=True)
-class FinalQuantity:
-    """A quantity at the end, with its 95 % interval."""
-
-    value: float
-    stddev: float
-    low: float
-    high: float
-    unit: str
+__all__ = ["Extreme", "FinalQuantity", "Summary", "Tally", "final_quantities"]
 
 
 @dataclass(frozen=True)
@@ -77,6 +57,7 @@ class Summary:
     alarms_raised: int
     worst_severity: str
     final: dict[str, FinalQuantity]
+    smoothed: SmoothedSummary | None
     knowledge: dict[str, str]
     versions: dict[str, str]
     config: dict[str, Any]
@@ -99,14 +80,6 @@ def _jsonable(value: Any) -> Any:
     return value
 
 
-def interval_95(name: str, quantity: Quantity) -> tuple[float, float]:
-    """95 % interval of a quantity; friction is log-normal, its value the median."""
-    if name not in _LOG_NORMAL:
-        return quantity.interval()
-    factor = math.exp(_SIGMAS_95 * log_spread(quantity))
-    return quantity.value / factor, quantity.value * factor
-
-
 def final_quantities(estimate: BeltEstimate) -> dict[str, FinalQuantity]:
     """Return every quantity of an estimate that has a standard deviation."""
     units = state_units()
@@ -115,10 +88,7 @@ def final_quantities(estimate: BeltEstimate) -> dict[str, FinalQuantity]:
     for name in names:
         if f"{name}_stddev" in names:
             quantity: Quantity = getattr(estimate, name)
-            low, high = interval_95(name, quantity)
-            found[name] = FinalQuantity(
-                quantity.value, quantity.stddev, low, high, units.get(name, "")
-            )
+            found[name] = with_interval(name, quantity, units.get(name, ""))
     return found
 
 
@@ -204,7 +174,9 @@ class Tally:
                 quantity.value, quantity.stddev, estimate.stamp_ns, self._elapsed_ns * _SECONDS
             )
 
-    def summary(self, bag: str, topic: str, note: str) -> Summary:
+    def summary(
+        self, bag: str, topic: str, note: str, smoothed: SmoothedSummary | None = None
+    ) -> Summary:
         """Return the summary. At least one measurement has been accepted by now."""
         last, first_ns = self._last, self._first_ns
         assert last is not None
@@ -230,6 +202,7 @@ class Tally:
             alarms_raised=self._raised,
             worst_severity=self._worst_severity.name.lower(),
             final=final_quantities(last),
+            smoothed=smoothed,
             knowledge=_knowledge(last),
             versions=_versions(),
             config=_jsonable(dataclasses.asdict(self._settings)),

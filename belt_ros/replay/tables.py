@@ -1,6 +1,10 @@
-"""The states of one replay as a Parquet table, written in row groups so that memory stays flat."""
+"""The states of one replay as Parquet tables, written in row groups so that memory stays flat.
+
+One holds the filter's state at every measurement, the other what is known with hindsight.
+"""
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,45 +39,46 @@ def rejection_column(reason: Rejection) -> str:
     return f"rejected_{reason.name.lower()}"
 
 
+def _column(name: str, kind: pa.DataType, unit: str) -> pa.Field:
+    return pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None)
+
+
 def state_schema(drive_name: str) -> pa.Schema:
     """Return the table's columns: two times, every scalar of the state, one count per rejection."""
     units = state_units()
-
-    def column(name: str, kind: pa.DataType, unit: str) -> pa.Field:
-        return pa.field(name, kind, nullable=False, metadata={"unit": unit} if unit else None)
-
     columns = [
-        column("stamp_ns", pa.int64(), "ns"),
-        column("log_time_ns", pa.int64(), "ns"),
+        _column("stamp_ns", pa.int64(), "ns"),
+        _column("log_time_ns", pa.int64(), "ns"),
         *(
-            column(name, pa.type_for_alias(kind), units.get(name, ""))
+            _column(name, pa.type_for_alias(kind), units.get(name, ""))
             for name, kind in scalar_fields().items()
         ),
-        *(column(rejection_column(reason), pa.uint64(), "") for reason in _REASONS),
+        *(_column(rejection_column(reason), pa.uint64(), "") for reason in _REASONS),
     ]
     return pa.schema(columns, metadata={"drive_name": drive_name, "message": STATE_TYPE})
 
 
-class StateTable:
-    """A growing Parquet file of states."""
+def smoothed_schema(drive_name: str, fields: Sequence[str]) -> pa.Schema:
+    """Return columns for `fields`, units as in the state; before them a time and a count."""
+    units = state_units()
+    columns = [
+        _column("stamp_ns", pa.int64(), "ns"),
+        _column("reset_count", pa.type_for_alias(scalar_fields()["reset_count"]), ""),
+        *(_column(name, pa.float64(), units.get(name, "-")) for name in fields),
+    ]
+    return pa.schema(columns, metadata={"drive_name": drive_name})
 
-    def __init__(self, path: Path, drive_name: str) -> None:
-        self._schema = state_schema(drive_name)
-        self._names = list(scalar_fields())
-        self._writer = pq.ParquetWriter(path, self._schema, compression="zstd")
+
+class _Table:
+    """A growing Parquet file."""
+
+    def __init__(self, path: Path, schema: pa.Schema) -> None:
+        self._schema = schema
+        self._writer = pq.ParquetWriter(path, schema, compression="zstd")
         self._rows: list[tuple[Any, ...]] = []
 
-    def append(self, log_ns: int, stamp_ns: int, fields: dict[str, Any]) -> None:
-        """Add one state, given as the fields of its message."""
-        counts = fields["rejection_counts"]
-        self._rows.append(
-            (
-                stamp_ns,
-                log_ns,
-                *(fields[name] for name in self._names),
-                *(counts[reason] for reason in _REASONS),
-            )
-        )
+    def _add(self, row: tuple[Any, ...]) -> None:
+        self._rows.append(row)
         if len(self._rows) >= _ROW_GROUP:
             self._flush()
 
@@ -94,3 +99,29 @@ class StateTable:
     def abort(self) -> None:
         """Let go of the file without caring for its content."""
         self._writer.close()
+
+
+class StateTable(_Table):
+    """A growing Parquet file of states."""
+
+    def __init__(self, path: Path, drive_name: str) -> None:
+        super().__init__(path, state_schema(drive_name))
+        self._names = list(scalar_fields())
+
+    def append(self, log_ns: int, stamp_ns: int, fields: dict[str, Any]) -> None:
+        """Add one state, given as the fields of its message."""
+        counts = fields["rejection_counts"]
+        values = (fields[name] for name in self._names)
+        self._add((stamp_ns, log_ns, *values, *(counts[reason] for reason in _REASONS)))
+
+
+class SmoothedTable(_Table):
+    """A growing Parquet file of states with hindsight, their columns being `fields`."""
+
+    def __init__(self, path: Path, drive_name: str, fields: Sequence[str]) -> None:
+        super().__init__(path, smoothed_schema(drive_name, fields))
+        self._names = list(fields)
+
+    def append(self, stamp_ns: int, resets: int, fields: Mapping[str, float]) -> None:
+        """Add one state; `resets` is how often time had jumped back before it."""
+        self._add((stamp_ns, resets, *(fields[name] for name in self._names)))

@@ -25,6 +25,8 @@ def write_bag(
 ) -> int:
     """Write joint states and truth to a new bag, compressed chunk by chunk.
 
+    A message's time in the bag is when it goes out, its header's stamp what faults make of it.
+
     Parameters
     ----------
     path : str or Path
@@ -56,13 +58,15 @@ def write_bag(
     with writer:
         joints = writer.add_connection(JOINT_TOPIC, _JOINT_TYPE, typestore=store)
         truths = writer.add_connection(TRUTH_TOPIC, _TRUTH_TYPE, typestore=store)
-        for stamp_ns, joint, truth in samples:
-            message = _joint_state(stamp_ns, joint)
-            writer.write(joints, stamp_ns, store.serialize_cdr(message, _JOINT_TYPE))
-            if count % truth_every == 0:
-                message = _belt_state(stamp_ns, drive_name, truth)
-                writer.write(truths, stamp_ns, store.serialize_cdr(message, _TRUTH_TYPE))
-            count += 1
+        for number, sample in enumerate(samples):
+            now_ns = sample.stamp_ns
+            for report in sample.published:
+                message = _joint_state(*report)
+                writer.write(joints, now_ns, store.serialize_cdr(message, _JOINT_TYPE))
+                count += 1
+            if number % truth_every == 0:
+                message = _belt_state(now_ns, drive_name, sample.truth)
+                writer.write(truths, now_ns, store.serialize_cdr(message, _TRUTH_TYPE))
     return count
 
 

@@ -17,6 +17,7 @@ from belt_ros.mechanics.finite_element import FiniteElementRun, History, simulat
 from belt_ros.mechanics.finite_element_mesh import Discretisation
 from belt_ros.mechanics.motion import Condition, Motion
 from belt_ros.rig.plant import Command
+from belt_ros.rig.running import RunningScenario
 from belt_ros.rig.scenario import Scenario, ScenarioError
 from belt_ros.rig.sensors import Sensors
 from belt_ros.rig.simulate import RigSample
@@ -150,6 +151,8 @@ def _samples(
     period = 1.0 / scenario.sample_rate
     angles = np.zeros(2)
     lost = 0.0
+    running = RunningScenario(scenario, settings)
+    running.start(start_ns)
     for number, row in enumerate(series):
         if number > 0:
             middle = 0.5 * (series[number - 1, :2] + row[:2])
@@ -159,7 +162,8 @@ def _samples(
             )
         truth = _truth(settings, scenario, drive, row, lost)
         joints = sensors.measure(truth, float(angles[0]), float(angles[1]))
-        yield RigSample(start_ns + scenario.stamp_ns(number), joints, truth)
+        stamp_ns = start_ns + scenario.stamp_ns(number)
+        yield RigSample(stamp_ns, joints, truth, running.reports(stamp_ns, joints))
 
 
 def _slope(time: _Floats, values: _Floats) -> _Floats:

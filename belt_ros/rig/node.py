@@ -2,22 +2,27 @@
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from belt_msgs.msg import BeltState
 from builtin_interfaces.msg import Time
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidParameterValueException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
 
 from belt_ros.message_fields import state_fields
+from belt_ros.rig.running import RunningScenario
 from belt_ros.rig.scenario import Scenario, ScenarioError, load_scenario
 from belt_ros.rig.simulate import RigSample, simulate
 from belt_ros.rig.truth import as_estimate
-from belt_ros.settings import DriveSettings, load_settings
+from belt_ros.settings import DriveSettings, SettingsError, load_settings
 
 # Reliable, so that reliable and best-effort subscribers match alike; deep enough for a hiccup.
 _QOS = QoSProfile(depth=200, reliability=ReliabilityPolicy.RELIABLE)
@@ -31,7 +36,8 @@ class RigNode(Node):
     """Publishes ``joint_states`` and ``~/truth`` of a scenario, paced to real time.
 
     Header stamps are the node clock's time at the start plus scenario time, so their spacing is
-    exact. After a hiccup the node catches up; it leaves no sample out.
+    exact. After a hiccup the node catches up; it leaves no sample out. Setting the parameter
+    ``fault`` lets an event or a fault begin, see `running`; ``~/clear_faults`` ends them all.
 
     Raises
     ------
@@ -41,6 +47,7 @@ class RigNode(Node):
 
     def __init__(self) -> None:
         super().__init__("belt_rig")
+        self._executor = SingleThreadedExecutor()
         self.settings: DriveSettings = load_settings(
             self._path("config_file", "YAML that describes the drive")
         )
@@ -63,9 +70,10 @@ class RigNode(Node):
                 "loop", value=False, descriptor=_describe("begin again at the end")
             ).value
         )
+        self._running = RunningScenario(self.scenario, self.settings)
+        self._take_requests()
         self._joint_states = self.create_publisher(JointState, "joint_states", _QOS)
         self._truth = self.create_publisher(BeltState, "~/truth", _QOS)
-        self._executor = SingleThreadedExecutor()
         self._executor.add_node(self)
         self._last_served = -math.inf
 
@@ -92,6 +100,37 @@ class RigNode(Node):
             )
         return float(value)
 
+    def _take_requests(self) -> None:
+        """Let faults begin and end on request, one maybe from the start."""
+        meaning = (
+            "what goes wrong now, e.g. 'stuck driven_speed duration=5' or 'tension=200 over=2'"
+        )
+        # What is no text is refused with the reason, as a fault of an unknown kind.
+        descriptor = ParameterDescriptor(description=meaning, dynamic_typing=True)
+        self.add_on_set_parameters_callback(self._request)
+        try:
+            self.declare_parameter("fault", "", descriptor)
+        except InvalidParameterValueException as error:
+            raise ScenarioError(f"parameter fault: {error}") from error
+        self.create_service(Trigger, "~/clear_faults", self._clear)
+
+    def _request(self, changes: Sequence[RosParameter[Any]]) -> SetParametersResult:
+        for change in changes:
+            if change.name == "fault" and change.value != "":
+                try:
+                    self._running.request(str(change.value))
+                except SettingsError as error:
+                    return SetParametersResult(successful=False, reason=str(error))
+                self.get_logger().info(f"begins: {change.value}")
+        return SetParametersResult(successful=True)
+
+    def _clear(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        ended = self._running.clear()
+        response.success = True
+        response.message = f"ended: {', '.join(ended)}" if ended else "there was nothing to end"
+        self.get_logger().info(response.message)
+        return response
+
     def play(self, stopped: Callable[[], bool]) -> int:
         """Play the scenario until its end, or until `stopped`; return the samples published."""
         self._wait_for_subscriber(stopped)
@@ -106,7 +145,7 @@ class RigNode(Node):
         begin = time.monotonic()
         first_ns = start_ns
         while not stopped():
-            for sample in simulate(self.settings, scenario, start_ns):
+            for sample in simulate(self.settings, scenario, start_ns, self._running):
                 due = begin + (sample.stamp_ns - first_ns) * 1e-9 / self._rate_factor
                 self._spin_until(due, stopped)
                 if stopped():
@@ -145,24 +184,28 @@ class RigNode(Node):
             self._last_served = now
 
     def _publish(self, sample: RigSample) -> None:
-        seconds, nanoseconds = divmod(sample.stamp_ns, 1_000_000_000)
-        stamp = Time(sec=seconds, nanosec=nanoseconds)
-        joints = JointState(
-            name=list(sample.joints.names),
-            position=list(sample.joints.positions),
-            velocity=list(sample.joints.velocities),
-            effort=list(sample.joints.efforts),
-        )
-        joints.header.stamp = stamp
+        for stamp_ns, joints in sample.published:
+            message = JointState(
+                name=list(joints.names),
+                position=list(joints.positions),
+                velocity=list(joints.velocities),
+                effort=list(joints.efforts),
+            )
+            message.header.stamp = _stamp(stamp_ns)
+            self._joint_states.publish(message)
         truth = BeltState(**state_fields(self.settings.name, as_estimate(sample.truth, 0)))
-        truth.header.stamp = stamp
-        self._joint_states.publish(joints)
+        truth.header.stamp = _stamp(sample.stamp_ns)
         self._truth.publish(truth)
 
     def destroy_node(self) -> None:
         """Release the executor, then the node."""
         self._executor.shutdown()
         super().destroy_node()
+
+
+def _stamp(stamp_ns: int) -> Time:
+    seconds, nanoseconds = divmod(stamp_ns, 1_000_000_000)
+    return Time(sec=seconds, nanosec=nanoseconds)
 
 
 def _describe(meaning: str) -> ParameterDescriptor:

@@ -2,7 +2,8 @@
 
 Points are [time, value] pairs joined by straight lines; two at the same time make a step. An event
 moves one quantity from what it then is to a value, ``over`` seconds, where it stays until the next
-event of that quantity::
+event of that quantity. A fault concerns a sensor, or the joint states as a whole, for ``duration``
+seconds; see `faults.Fault`::
 
     duration: 30.0
     speed: [[0.0, 0.0], [4.0, 120.0]]
@@ -10,6 +11,8 @@ event of that quantity::
     condition: {tension: 435.0, friction_stiffness: 6.0e+7}
     events:
       - {at: 16.0, tension: 261.0, over: 1.0}
+    faults:
+      - {at: 20.0, kind: stuck, sensor: driven_speed, duration: 2.0}
 
 What is not given comes from the drive's own description: condition from its prior, sensors from its
 noise.
@@ -18,7 +21,7 @@ noise.
 import dataclasses
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,25 +30,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.mechanics import torque_capacity
+from belt_ros.rig.entries import QUANTITIES, Event, ScenarioError, read_event, read_fault, take
+from belt_ros.rig.faults import Fault
 from belt_ros.rig.plant import Command, ModelError, Motor
 from belt_ros.rig.profile import Profile
 from belt_ros.rig.sensors import SensorErrors
 from belt_ros.settings import DriveSettings, Parameter, SettingsError, read_parameters
 
+__all__ = ["Scenario", "ScenarioError", "load_scenario", "scenario_from_mapping"]
+
 _Floats = NDArray[np.float64]
 _Group = TypeVar("_Group")
 _MOST_POINTS = 10_000
 _MOST_SAMPLES = 100_000_000
-_GREATEST = 1e9
 
-
-class ScenarioError(SettingsError):
-    """A scenario that cannot be run; the message names entry, value and limit."""
-
-
-_DURATION = Parameter("duration", None, "how long it takes", "s", 0.01, 1e6)
 _HEAD = (
-    _DURATION,
+    Parameter("duration", None, "how long it takes", "s", 0.01, 1e6),
     Parameter("name", "scenario", "name of the scenario"),
     Parameter("sample_rate", 100.0, "joint states per second", "Hz", 0.1, 1e4),
     Parameter("seed", 1.0, "of all random numbers", "-", 0.0, 2.0**32 - 1.0),
@@ -56,15 +56,6 @@ _HEAD = (
         choices=("opposes_rotation", "fixed"),
     ),
 )
-_COMMANDS = {
-    "speed": Parameter("speed", 0.0, "of the driver", "rad/s", -_GREATEST, _GREATEST),
-    "load": Parameter("load", 0.0, "against positive rotation", "N m", -_GREATEST, _GREATEST),
-    "tension": Parameter("condition.tension", None, "as held", "N", 1e-3, 1e9),
-    "friction_coefficient": Parameter(
-        "condition.friction_coefficient", None, "mu", "-", 1e-3, 10.0
-    ),
-    "friction_stiffness": Parameter("condition.friction_stiffness", None, "kf", "N/m2", 1.0, 1e15),
-}
 _SCRIPTED = ("speed", "load")
 
 
@@ -81,6 +72,7 @@ class Scenario:
     motor: Motor
     model_error: ModelError
     sensors: SensorErrors
+    faults: tuple[Fault, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -94,6 +86,21 @@ class Scenario:
     def commands(self, times: _Floats) -> _Floats:
         """Rows of commands (n, 5) at `times` [s], in the order of `Command`."""
         return np.stack([profile.at(times) for profile in self.profiles], axis=-1)
+
+    def with_event(self, event: Event, settings: DriveSettings) -> "Scenario":
+        """Return this scenario with an event that holds, whatever the script says from then on.
+
+        Raises
+        ------
+        ScenarioError
+            If it cannot be run on this drive.
+        """
+        profiles = list(self.profiles)
+        place = tuple(QUANTITIES).index(event.quantity)
+        profiles[place] = profiles[place].with_ramp(event.at, event.target, event.over)
+        scenario = dataclasses.replace(self, profiles=tuple(profiles))
+        _check_runnable(scenario, settings)
+        return scenario
 
 
 def load_scenario(path: str | Path, settings: DriveSettings) -> Scenario:
@@ -115,20 +122,13 @@ def load_scenario(path: str | Path, settings: DriveSettings) -> Scenario:
 def scenario_from_mapping(values: Mapping[str, object], settings: DriveSettings) -> Scenario:
     """Build a scenario from flat names (``condition.tension``); errors as `load_scenario`."""
     rest = dict(values)
-    head: dict[str, Any] = {entry.name: _take(rest, entry) for entry in _HEAD}
+    head: dict[str, Any] = {entry.name: take(rest, entry) for entry in _HEAD}
     if head["seed"] != int(head["seed"]):
         raise ScenarioError(f"seed is {head['seed']:g}; it must be a whole number")
-    events = rest.pop("events", [])
-    profiles = {name: _profile(rest, name, settings, head["duration"]) for name in _COMMANDS}
-    scripted_until = {name: profile.times[-1] for name, profile in profiles.items()}
-    for event in _sorted_events(events, head["duration"]):
-        name = event.quantity
-        if event.at < scripted_until[name]:
-            raise ScenarioError(
-                f"the event of {name} at {event.at:g} s is before the last point of {name}, at "
-                f"{scripted_until[name]:g} s; an event holds, so write what follows it as events"
-            )
-        profiles[name] = profiles[name].with_ramp(event.at, event.target, event.over)
+    duration = head["duration"]
+    profiles = {name: _profile(rest, name, settings, duration) for name in QUANTITIES}
+    _add_events(profiles, rest.pop("events", []), duration)
+    faults = _entries(rest.pop("faults", []), "faults", "at, kind, sensor, duration, value")
     tension = profiles["tension"].values[0]
     strong = 2.0 * float(torque_capacity(settings.drive, tension))
     strong *= settings.drive.driver.radius / settings.drive.driven.radius
@@ -136,7 +136,7 @@ def scenario_from_mapping(values: Mapping[str, object], settings: DriveSettings)
     del noise["position_absolute"]  # the rig's encoders are exact but for counting, unless told
     scenario = Scenario(
         name=head["name"],
-        duration=head["duration"],
+        duration=duration,
         sample_rate=head["sample_rate"],
         seed=int(head["seed"]),
         load_brakes=head["load_direction"] == "opposes_rotation",
@@ -144,18 +144,26 @@ def scenario_from_mapping(values: Mapping[str, object], settings: DriveSettings)
         motor=_group(rest, "motor", Motor, {"torque_limit": strong}),
         model_error=_group(rest, "condition", ModelError, {}),
         sensors=_group(rest, "sensors", SensorErrors, noise),
+        faults=tuple(read_fault(name, entry, duration) for name, entry in faults),
     )
     _reject_unknown(rest)
     _check_runnable(scenario, settings)
     return scenario
 
 
-def _take(rest: dict[str, object], entry: Parameter) -> Any:
-    """Remove an entry from `rest` and return its checked value."""
-    value = rest.pop(entry.name, entry.default)
-    if value is None:
-        raise ScenarioError(f"{entry.name} is missing: {entry.meaning} [{entry.unit}]")
-    return entry.check(value)
+def _add_events(profiles: dict[str, Profile], given: object, duration: float) -> None:
+    """Let each profile follow the events of its quantity, in the order of time."""
+    scripted_until = {name: profile.times[-1] for name, profile in profiles.items()}
+    entries = _entries(given, "events", "at, <quantity>, over")
+    events = [read_event(name, entry, duration) for name, entry in entries]
+    for event in sorted(events, key=lambda event: event.at):
+        name = event.quantity
+        if event.at < scripted_until[name]:
+            raise ScenarioError(
+                f"the event of {name} at {event.at:g} s is before the last point of {name}, at "
+                f"{scripted_until[name]:g} s; an event holds, so write what follows it as events"
+            )
+        profiles[name] = profiles[name].with_ramp(event.at, event.target, event.over)
 
 
 def _group(
@@ -173,7 +181,7 @@ def _group(
             about["low"],
             about["high"],
         )
-        values[field.name] = _take(rest, entry)
+        values[field.name] = take(rest, entry)
     return kind(**values)
 
 
@@ -181,10 +189,10 @@ def _profile(
     rest: dict[str, object], name: str, settings: DriveSettings, duration: float
 ) -> Profile:
     """Points of speed and load; what the condition starts with."""
-    entry = _COMMANDS[name]
+    entry = QUANTITIES[name]
     if name not in _SCRIPTED:
         default = getattr(settings.prior, name)
-        return Profile.constant(_take(rest, dataclasses.replace(entry, default=default)))
+        return Profile.constant(take(rest, dataclasses.replace(entry, default=default)))
     given = rest.pop(name, entry.default)
     if not isinstance(given, list):
         return Profile.constant(float(entry.check(given)))
@@ -208,40 +216,14 @@ def _profile(
     return Profile(tuple(times), tuple(values))
 
 
-@dataclass(frozen=True)
-class _Event:
-    quantity: str
-    at: float
-    target: float
-    over: float
-
-
-def _sorted_events(given: object, duration: float) -> list[_Event]:
+def _entries(given: object, name: str, example: str) -> Iterator[tuple[str, Mapping[str, object]]]:
+    """Name and content of each entry of a list."""
     if not isinstance(given, list) or len(given) > _MOST_POINTS:
-        raise ScenarioError(f"events must be a list of at most {_MOST_POINTS} entries")
-    events = [_event(f"events[{number}]", item, duration) for number, item in enumerate(given)]
-    return sorted(events, key=lambda event: event.at)
-
-
-def _event(name: str, given: object, duration: float) -> _Event:
-    if not isinstance(given, dict):
-        raise ScenarioError(f"{name} is {given!r}; an event is {{at, <quantity>, over}}")
-    rest: dict[str, object] = dict(given)
-    named = [quantity for quantity in _COMMANDS if quantity in rest]
-    if len(named) != 1:
-        raise ScenarioError(f"{name} must set exactly one of {', '.join(_COMMANDS)}")
-    quantity = named[0]
-    entry = dataclasses.replace(_COMMANDS[quantity], name=f"{quantity} of {name}")
-    target = float(entry.check(rest.pop(quantity)))
-    at = Parameter("at", None, f"when {name} begins", "s", 0.0, duration)
-    over = Parameter("over", 0.0, f"how long {name} takes", "s", 0.0, duration)
-    try:
-        event = _Event(quantity, _take(rest, at), target, _take(rest, over))
-    except SettingsError as error:
-        raise ScenarioError(f"{name}: {error}") from error
-    if rest:
-        raise ScenarioError(f"{name} has an unknown entry {next(iter(rest))}")
-    return event
+        raise ScenarioError(f"{name} must be a list of at most {_MOST_POINTS} entries")
+    for number, item in enumerate(given):
+        if not isinstance(item, dict):
+            raise ScenarioError(f"{name}[{number}] is {item!r}; it should be {{{example}}}")
+        yield f"{name}[{number}]", item
 
 
 def _reject_unknown(rest: Mapping[str, object]) -> None:
@@ -249,7 +231,7 @@ def _reject_unknown(rest: Mapping[str, object]) -> None:
         return
     name = next(iter(rest))
     groups = {"condition": ModelError, "motor": Motor, "sensors": SensorErrors}
-    known = [entry.name for entry in (*_HEAD, *_COMMANDS.values())] + ["events"]
+    known = [entry.name for entry in (*_HEAD, *QUANTITIES.values())] + ["events", "faults"]
     for prefix, kind in groups.items():
         known += [f"{prefix}.{field.name}" for field in dataclasses.fields(kind)]
     near = difflib.get_close_matches(str(name), known, n=1)

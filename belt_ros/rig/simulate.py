@@ -9,7 +9,9 @@ import numpy as np
 
 from belt_ros.estimation import Measurement, measurement_from_joints
 from belt_ros.mechanics.constants import drive_constants
+from belt_ros.rig.faults import Report
 from belt_ros.rig.plant import Plant
+from belt_ros.rig.running import RunningScenario
 from belt_ros.rig.scenario import Scenario
 from belt_ros.rig.sensors import JointSample, LoadSensors, Sensors
 from belt_ros.rig.truth import Truth
@@ -19,15 +21,33 @@ _LONGEST_STEP = 2e-4  # [s], a hundredth of the torsional period of the drive in
 
 
 class RigSample(NamedTuple):
-    """What the rig says at one instant, and what is true then."""
+    """What the rig's sensors say at one instant, what is true then, and what goes out.
+
+    `reports` are the joint states that faults make of it; where they are None, it goes out as read.
+    """
 
     stamp_ns: int
     joints: JointSample
     truth: Truth
+    reports: tuple[Report, ...] | None = None
+
+    @property
+    def published(self) -> tuple[Report, ...]:
+        """The joint states that go out at this instant: none, one or several."""
+        if self.reports is None:
+            return (Report(self.stamp_ns, self.joints),)
+        return self.reports
 
 
-def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> Iterator[RigSample]:
+def simulate(
+    settings: DriveSettings,
+    scenario: Scenario,
+    start_ns: int = 0,
+    running: RunningScenario | None = None,
+) -> Iterator[RigSample]:
     """Run a scenario; the same scenario gives the same numbers every time.
+
+    What faults still hold back at the end is lost.
 
     Parameters
     ----------
@@ -36,7 +56,11 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
     scenario : Scenario
     start_ns : int
         Stamp of the first sample [ns].
+    running : RunningScenario, optional
+        Of this scenario, to ask for events and faults on the way.
     """
+    running = running or RunningScenario(scenario, settings)
+    running.start(start_ns)
     plant_random, sensor_random, _ = _generators(scenario)
     period = 1.0 / scenario.sample_rate
     steps = math.ceil(period / _LONGEST_STEP)
@@ -46,7 +70,7 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
         scenario.motor,
         scenario.model_error,
         plant_random,
-        scenario.commands(np.zeros(1))[0],
+        running.commands(np.zeros(1))[0],
         dt=dt,
         load_brakes=scenario.load_brakes,
     )
@@ -54,14 +78,12 @@ def simulate(settings: DriveSettings, scenario: Scenario, start_ns: int = 0) -> 
     substeps = dt * np.arange(1, steps + 1, dtype=np.float64)
     for sample in range(scenario.samples):
         if sample > 0:
-            plant.advance(scenario.commands(substeps + (sample - 1) * period))
+            plant.advance(running.commands(substeps + (sample - 1) * period))
         truth = plant.truth(settings.limits.standstill_speed)
         state = plant.state
-        yield RigSample(
-            start_ns + scenario.stamp_ns(sample),
-            sensors.measure(truth, state.driver_angle, state.driven_angle),
-            truth,
-        )
+        stamp_ns = start_ns + scenario.stamp_ns(sample)
+        joints = sensors.measure(truth, state.driver_angle, state.driven_angle)
+        yield RigSample(stamp_ns, joints, truth, running.reports(stamp_ns, joints))
 
 
 def _generators(scenario: Scenario) -> list[np.random.Generator]:
@@ -72,7 +94,7 @@ def _generators(scenario: Scenario) -> list[np.random.Generator]:
 def measured(
     settings: DriveSettings, scenario: Scenario, *, loads: bool = False
 ) -> Iterator[tuple[Measurement, Truth]]:
-    """Run a scenario; give what an estimator reads from its joint states, and the truth.
+    """Run a scenario; give what an estimator reads from its joint states, and the truth by then.
 
     With `loads`, hub loads and span tension are measured too.
     """
@@ -80,19 +102,16 @@ def measured(
         drive_constants(settings.drive), scenario.sensors, _generators(scenario)[2]
     )
     for sample in simulate(settings, scenario):
-        joints = sample.joints
-        measurement = measurement_from_joints(
-            settings.driver,
-            settings.driven,
-            sample.stamp_ns,
-            joints.names,
-            joints.velocities,
-            joints.efforts,
-            joints.positions,
-        )
-        assert isinstance(measurement, Measurement), "the rig's joint states are complete"
-        if loads:
-            measurement = dataclasses.replace(
-                measurement, **load_sensors.measure(sample.truth)._asdict()
+        said = load_sensors.measure(sample.truth)._asdict() if loads else {}
+        for stamp_ns, joints in sample.published:
+            measurement = measurement_from_joints(
+                settings.driver,
+                settings.driven,
+                stamp_ns,
+                joints.names,
+                joints.velocities,
+                joints.efforts,
+                joints.positions,
             )
-        yield measurement, sample.truth
+            assert isinstance(measurement, Measurement), "the rig's joint states are complete"
+            yield dataclasses.replace(measurement, **said), sample.truth

@@ -136,3 +136,54 @@ def test_a_new_belt_makes_kf_unknown_again(
         theirs.friction_stiffness_log_stddev, rel=0.1
     )
     assert ours.mean_tension.stddev == pytest.approx(theirs.mean_tension.stddev, rel=0.1)
+
+
+def test_what_was_set_before_the_first_measurement_is_learned(settings: DriveSettings) -> None:
+    monitor = settings.monitor()
+    monitor.maintain(Maintenance(MaintenanceKind.RETENSIONED, 520.0, 10.0))
+    known = monitor.learned(DATE)
+    assert known is not None
+    assert math.exp(float(known.weights @ known.means[:, 0])) == pytest.approx(520.0, rel=0.01)
+
+
+def test_a_bag_that_loops_begins_each_time_with_what_was_restored(
+    run: Runner, settings: DriveSettings, learned: Learned
+) -> None:
+    monitor = settings.monitor()
+    monitor.restore(learned, 0.0)
+    measurements = run(**SHORT).measurements
+    # The first two after the jump are not believed yet.
+    later = [dataclasses.replace(m, stamp_ns=m.stamp_ns + 10**12) for m in measurements[2:]]
+    first = [monitor.step(measurement).estimate for measurement in later][-1]
+    second = [monitor.step(measurement).estimate for measurement in measurements][-1]
+    assert first is not None
+    assert second is not None
+    assert second.health.resets == 1
+    for name in ("mean_tension", "friction_stiffness", "ratio_bias"):
+        assert getattr(second, name) == getattr(first, name)
+
+
+def test_after_maintenance_under_load_a_backward_jump_begins_with_no_load(
+    run: Runner, settings: DriveSettings
+) -> None:
+    monitor = settings.monitor()
+    loaded = run(monitor=monitor, **{**SHORT, "load": 30.0}).measurements
+    monitor.maintain(Maintenance(MaintenanceKind.RETENSIONED, 445.0, 9.0))
+    idle = run(**{**SHORT, "load": 0.0}).measurements
+    earlier = [dataclasses.replace(m, stamp_ns=m.stamp_ns - 10**12) for m in idle]
+    for measurement in earlier[:10]:
+        estimate = monitor.step(measurement).estimate
+    assert len(loaded) > 0
+    assert estimate is not None
+    assert estimate.health.resets == 1
+    assert within(estimate.transmitted_torque, 0.0, 4.0)
+    assert estimate.mean_tension.stddev < 15.0
+
+
+def test_a_calibration_does_not_outlive_a_reset(run: Runner, settings: DriveSettings) -> None:
+    monitor = settings.monitor()
+    run(monitor=monitor, **SHORT)
+    assert monitor.calibrate()
+    monitor.reset()
+    played = run(monitor=monitor, **{**SHORT, "duration": 8.0, "load": 0.0})
+    assert all(output.calibration is None for output in played.outputs)

@@ -13,6 +13,7 @@ from typing import Any
 
 import rclpy
 from belt_msgs.msg import BeltState, SlipAlarm
+from belt_msgs.srv import RecordMaintenance
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from lifecycle_msgs.msg import Transition
@@ -67,8 +68,7 @@ class NodeProcess:
         trace: TracebackType | None,
     ) -> None:
         if self.alive:
-            self._process.kill()
-            self._process.wait()
+            self.kill()
 
     @property
     def alive(self) -> bool:
@@ -87,6 +87,11 @@ class NodeProcess:
 
     def wait_for_exit(self, timeout: float = 20.0) -> int:
         return self._process.wait(timeout)
+
+    def kill(self) -> None:
+        """End it as a loss of power would."""
+        self._process.kill()
+        self._process.wait()
 
     def interrupt(self, number: signal.Signals = signal.SIGINT) -> None:
         self._process.send_signal(number)
@@ -126,6 +131,7 @@ class Client:
         self.states: list[BeltState] = []
         self.alarms: list[SlipAlarm] = []
         self.diagnostics: list[tuple[float, DiagnosticArray]] = []
+        self._services: dict[str, Any] = {}
         self._publisher = self.node.create_publisher(JointState, "joint_states", 500)
         subscribe = self.node.create_subscription
         subscribe(BeltState, "belt_node/state", self.states.append, 1000)
@@ -176,21 +182,25 @@ class Client:
             self.spin(due - time.monotonic())
         return stamps
 
-    def connect(self) -> None:
+    def connect(self, **fields: Any) -> None:
         """Publish until the node answers."""
 
         def answered() -> bool:
-            self.send()
+            self.send(**fields)
             self.spin(0.02)
-            return bool(self.states) and self.states[-1].header.stamp == stamp(self.now_ns)
+            return self.last_stamp() == self.now_ns
 
         self.until(answered, timeout=60.0)
         self.until(lambda: bool(self.alarms))
 
+    def last_stamp(self) -> int:
+        """Return the stamp of the last state, 0 before the first."""
+        return ns(self.states[-1].header.stamp) if self.states else 0
+
     def next_state(self, **fields: Any) -> BeltState:
         """Publish a good measurement and return the state that comes of it."""
         sent = self.send(**fields)
-        self.until(lambda: bool(self.states) and ns(self.states[-1].header.stamp) == sent)
+        self.until(lambda: self.last_stamp() == sent)
         return self.states[-1]
 
     def row(self, ending: str) -> DiagnosticStatus:
@@ -209,15 +219,20 @@ class Client:
         ]
 
     def call(self, kind: Any, name: str, request: Any, timeout: float = 20.0) -> Any:
-        client = self.node.create_client(kind, f"belt_node/{name}")
-        self.until(client.service_is_ready, timeout)
-        future = client.call_async(request)
+        if name not in self._services:
+            self._services[name] = self.node.create_client(kind, f"belt_node/{name}")
+            self.until(self._services[name].service_is_ready, timeout)
+            self.spin(0.2)  # the service may be known before it knows where to answer
+        future = self._services[name].call_async(request)
         self.until(future.done, timeout)
-        self.node.destroy_client(client)
         return future.result()
 
     def trigger(self, name: str) -> Trigger.Response:
         return self.call(Trigger, name, Trigger.Request())
+
+    def record_maintenance(self, action: int, **fields: Any) -> RecordMaintenance.Response:
+        request = RecordMaintenance.Request(action=action, **fields)
+        return self.call(RecordMaintenance, "record_maintenance", request)
 
     def transition(self, number: int) -> bool:
         request = ChangeState.Request(transition=Transition(id=number))

@@ -10,7 +10,7 @@ from node_harness import ROOT
 
 FILES = sorted((ROOT / "launch_scripts").glob("*.launch.py"))
 ARGUMENTS = {
-    "belt_node.launch.py": {"params_file", "namespace", "joint_states_topic"},
+    "belt_node.launch.py": {"params_file", "namespace", "joint_states_topic", "memory_file"},
     "demo.launch.py": {"params_file", "scenario_file", "namespace"},
 }
 each_file = pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)

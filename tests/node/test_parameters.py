@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -95,6 +96,9 @@ def test_a_whole_number_is_taken_for_a_real_one(make_node: MakeNode) -> None:
         ({"alarm__loud": True}, "unknown parameter alarm.loud"),
         ({"autostart": "yes"}, "autostart is 'yes'; it must be true or false"),
         ({"input_depth": 0}, "input_depth is 0 messages"),
+        ({"memory_file": 7}, "memory_file is 7; it must be text"),
+        ({"memory_file": "~nobody_of_that_name/x"}, "memory_file is '~nobody_of_that_name/x'"),
+        ({"memory_flie": "x"}, "did you mean memory_file?"),
         ({"input_reliability": "perfect"}, "best_effort, reliable"),
     ],
 )
@@ -121,6 +125,22 @@ def test_geometry_cannot_be_changed(make_node: MakeNode) -> None:
 
     assert not result.successful
     assert "read-only" in result.reason
+
+
+def test_the_memory_is_chosen_before_the_node_is_configured(
+    make_node: MakeNode, said: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    node = make_node()
+    assert set_value(node, "memory_file", "~/belt.json").successful
+    node.trigger_configure()
+    assert f"paper_drive: no memory yet in '{tmp_path / 'belt.json'}'" in said
+
+    refused = set_value(node, "memory_file", "elsewhere.json")
+    assert refused.reason == "memory_file can be changed only while the node is unconfigured"
+    assert set_value(node, "memory_file", "~/belt.json").successful
+    node.trigger_cleanup()
+    assert set_value(node, "memory_file", "").successful
 
 
 @pytest.mark.parametrize("configured", [True, False])

@@ -62,6 +62,31 @@ def test_bag_holds_joint_states_and_truth(tmp_path: Path, settings: DriveSetting
     assert truth.gross_slip_probability == 0.0
 
 
+def test_bag_holds_what_faults_leave_when_it_comes(tmp_path: Path, settings: DriveSettings) -> None:
+    script = {
+        "duration": 0.5,
+        "speed": 100.0,
+        "faults": [
+            {"at": 0.1, "kind": "dropout", "duration": 0.1},
+            {"at": 0.3, "kind": "time_jump", "value": -5.0},
+        ],
+    }
+    path = tmp_path / "bag"
+    samples = simulate(settings, scenario_from_mapping(script, settings), 10**18)
+    assert write_bag(path, "a_drive", samples) == 41
+
+    moved = []
+    with AnyReader([path]) as reader:
+        for connection, time, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            if stamp != time:
+                assert connection.topic == "/joint_states"
+                assert stamp == time - 5 * 10**9
+                moved.append((time - 10**18) // 10**6)
+    assert moved == list(range(300, 501, 10))
+
+
 def test_bag_is_plain_mcap_with_its_definitions(tmp_path: Path, settings: DriveSettings) -> None:
     path = tmp_path / "bag"
     write_bag(path, "a_drive", short_run(settings))

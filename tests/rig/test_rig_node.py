@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,11 @@ import pytest
 
 rclpy = pytest.importorskip("rclpy")
 BeltState = pytest.importorskip("belt_msgs.msg").BeltState
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
+from rcl_interfaces.srv import SetParameters  # noqa: E402
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -109,6 +112,60 @@ def test_rig_plays_its_scenario_in_real_time_and_ends(rig: Rig, client: Any) -> 
     assert "end of scenario short: 151 samples" in errors
 
 
+def set_fault(client: Any, text: str) -> Any:
+    """Set the rig's parameter as `ros2 param set` does, and return the result."""
+    service = client.create_client(SetParameters, "/belt_rig/set_parameters")
+    assert service.wait_for_service(20.0)
+    value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
+    return call(
+        client, service, SetParameters.Request(parameters=[Parameter(name="fault", value=value)])
+    ).results[0]
+
+
+def call(client: Any, service: Any, request: Any) -> Any:
+    future = service.call_async(request)
+    until(client, future.done)
+    return future.result()
+
+
+def until(client: Any, true: Callable[[], object], timeout: float = 20.0) -> None:
+    end = time.monotonic() + timeout
+    while not true():
+        assert time.monotonic() < end, "it did not come in time"
+        client.spin_once(timeout_sec=0.05)
+
+
+def test_fault_set_as_a_parameter_shows_in_joint_states_and_ends(rig: Rig, client: Any) -> None:
+    messages: list[Any] = []
+    truths: list[Any] = []
+    client.create_subscription(JointState, "joint_states", messages.append, 500)
+    client.create_subscription(BeltState, "/belt_rig/truth", truths.append, 500)
+    rig.start(loop=True, wait_for_subscriber=20.0)
+    until(client, lambda: len(messages) > 10)
+
+    def signs() -> list[bool]:
+        return [message.velocity[1] < 0.0 for message in messages]
+
+    assert set_fault(client, "wrong_sign driven_speed duration=0.3").successful
+    until(client, lambda: signs()[-1] is False and any(signs()))
+    assert signs().count(True) in {29, 30}
+    assert all(message.velocity[0] > 50.0 for message in messages)
+
+    assert set_fault(client, "tension=300").successful
+    until(client, lambda: truths[-1].mean_tension == pytest.approx(300.0, abs=1e-6))
+    assert set_fault(client, "stuck driver_torque").successful
+    until(client, lambda: len({message.effort[0] for message in messages[-20:]}) == 1)
+    clear = client.create_client(Trigger, "/belt_rig/clear_faults")
+    answer = call(client, clear, Trigger.Request())
+    assert (answer.success, answer.message) == (True, "ended: tension, stuck driver_torque")
+    until(client, lambda: truths[-1].mean_tension == pytest.approx(435.0))
+    until(client, lambda: len({message.effort[0] for message in messages[-20:]}) > 10)
+
+    refused = set_fault(client, "stuck driven_speed 5")
+    assert not refused.successful
+    assert "duration=5" in refused.reason
+
+
 def test_interrupted_twice_the_rig_ends_without_a_traceback(rig: Rig) -> None:
     process = rig.start(loop=True, rate_factor=20, wait_for_subscriber=0.0)
     assert process.stderr is not None
@@ -126,6 +183,8 @@ def test_interrupted_twice_the_rig_ends_without_a_traceback(rig: Rig) -> None:
     ("parameters", "words"),
     [
         ({"scenario_file": "nowhere.yaml"}, "cannot read nowhere.yaml: No such file"),
+        ({"fault": "stuck motor"}, "sensor is 'motor'; it must be one of driver_position"),
+        ({"fault": 5}, "kind is '5'; it must be one of dropout"),
         ({"rate_factor": "fast"}, "parameter rate_factor is 'fast'; it must be a number"),
     ],
 )

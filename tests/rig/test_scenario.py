@@ -1,5 +1,6 @@
 """Scenarios are checked before they run, and the demonstration tells the story it is meant to."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from belt_ros.estimation import Phase
 from belt_ros.rig import ScenarioError, load_scenario, simulate
+from belt_ros.rig.faults import FaultKind
 from belt_ros.rig.plant import Command
 from belt_ros.rig.profile import Profile
 from belt_ros.rig.scenario import scenario_from_mapping
@@ -68,6 +70,21 @@ def test_defaults_come_from_the_drive_description(settings: DriveSettings) -> No
     assert scenario.samples == 101
 
 
+def test_faults_are_read_with_their_defaults(settings: DriveSettings) -> None:
+    faults = [
+        {"at": 1.0, "kind": "stuck", "sensor": "driven_speed"},
+        {"at": 2, "kind": "spike", "sensor": "driver_torque", "value": "5e1"},
+        {"at": 3.0, "kind": "dropout", "duration": 2.0, "share": 0.5},
+    ]
+    stuck, spike, dropout = scenario_from_mapping(
+        {"duration": 10.0, "faults": faults}, settings
+    ).faults
+    assert (stuck.kind, stuck.begin, stuck.end) == (FaultKind.STUCK, 1.0, math.inf)
+    assert (stuck.sensor, stuck.share) == ("driven_speed", 1.0)
+    assert (spike.begin, spike.end, spike.value, spike.share) == (2.0, 2.0, 50.0, 1.0)
+    assert (dropout.begin, dropout.end, dropout.sensor, dropout.share) == (3.0, 5.0, "all", 0.5)
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -88,7 +105,7 @@ def test_defaults_come_from_the_drive_description(settings: DriveSettings) -> No
         ({"load_direction": "up"}, ["load_direction is 'up'", "fixed"]),
         ({"sensors.speed_relative": 2.0}, ["sensors.speed_relative is 2", "0 and 1"]),
         ({"events": 5}, ["events must be a list"]),
-        ({"events": [5]}, ["events[0] is 5"]),
+        ({"events": [5]}, ["events[0] is 5", "{at, <quantity>, over}"]),
         ({"events": [{"at": 1.0}]}, ["events[0] must set exactly one of speed, load, tension"]),
         ({"events": [{"at": 1.0, "load": 1.0, "tension": 1.0}]}, ["exactly one"]),
         ({"events": [{"load": 1.0}]}, ["events[0]", "at is missing"]),
@@ -98,6 +115,44 @@ def test_defaults_come_from_the_drive_description(settings: DriveSettings) -> No
         (
             {"load": [[0.0, 0.0], [5.0, 9.0]], "events": [{"at": 1.0, "load": 1.0}]},
             ["event of load at 1 s", "last point of load, at 5 s"],
+        ),
+        ({"faults": "stuck"}, ["faults must be a list"]),
+        ({"faults": ["stuck"]}, ["faults[0] is 'stuck'", "{at, kind, sensor"]),
+        ({"faults": [{"at": 1.0}]}, ["faults[0]: kind is missing", "dropout, stuck"]),
+        ({"faults": [{"kind": "stuck"}]}, ["faults[0]: at is missing", "[s]"]),
+        ({"faults": [{"at": 11.0, "kind": "stuck"}]}, ["faults[0]: at is 11 s", "10"]),
+        ({"faults": [{"at": 1.0, "kind": "stuk"}]}, ["kind is 'stuk'", "stuck, spike"]),
+        (
+            {"faults": [{"at": 1.0, "kind": "stuck", "sensor": "motor"}]},
+            ["faults[0]: sensor is 'motor'", "driver_speed"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "quantised", "value": 1.0}]},
+            ["sensor is 'all'; quantised takes driver_position"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "reordered", "sensor": "driver_speed"}]},
+            ["sensor is 'driver_speed'; reordered takes all"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "delayed"}]},
+            ["faults[0]: value is missing: by how much, [s]"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "delayed", "value": -1.0}]},
+            ["value is -1 s", "between 1e-09"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "time_jump", "value": 1e7}]},
+            ["value is 1e+07 s", "-1e+06 and 1e+06"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "dropout", "share": 2.0}]},
+            ["share is 2", "0 and 1"],
+        ),
+        (
+            {"faults": [{"at": 1.0, "kind": "stuck", "value": 1.0}]},
+            ["faults[0] has an unknown entry value"],
         ),
         ({"speed": 1000.0}, ["lifts off", "81.25 m/s", "435 N"]),
     ],

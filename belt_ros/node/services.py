@@ -1,0 +1,96 @@
+"""What the node's services do, and what they answer. Nothing that a request can carry raises."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from belt_msgs.msg import SlipAlarm
+from belt_msgs.srv import RecordMaintenance
+
+from belt_ros.estimation import Maintenance, MaintenanceKind
+from belt_ros.mechanics import DriveError
+from belt_ros.node.memory import Memory
+from belt_ros.node.pipeline import Pipeline
+
+_KINDS = ", ".join(f"{kind:d} {kind.name.lower().replace('_', ' ')}" for kind in MaintenanceKind)
+_LONGEST_NOTE = 200
+
+
+class Answer(NamedTuple):
+    """Whether it was done, and a sentence."""
+
+    success: bool
+    message: str
+
+
+_NOT_ACTIVE = Answer(success=False, message="not active")
+_NO_ESTIMATE = Answer(
+    success=False, message="no estimate yet: nothing usable has come from the sensors"
+)
+
+
+def reset(pipeline: Pipeline | None, memory: Memory | None) -> Answer:
+    """Start anew at the configured priors, also in the runs to come."""
+    if pipeline is None:
+        return _NOT_ACTIVE
+    pipeline.reset()
+    kept = memory.forget() if memory is not None else ""
+    message = f"started anew at the configured priors, reset {pipeline.health.resets}"
+    return Answer(success=True, message=f"{message}; {kept}" if kept else message)
+
+
+def acknowledge(pipeline: Pipeline | None, publish: Callable[[SlipAlarm], None]) -> Answer:
+    """Release the alarm's latch."""
+    if pipeline is None:
+        return _NOT_ACTIVE
+    alarm = pipeline.acknowledge()
+    if alarm is None:
+        return _NO_ESTIMATE
+    publish(alarm)
+    return Answer(success=True, message=alarm.message)
+
+
+def calibrate(pipeline: Pipeline | None) -> Answer:
+    """Begin to calibrate the radius ratio."""
+    if pipeline is None:
+        return _NOT_ACTIVE
+    if not pipeline.calibrate():
+        return _NO_ESTIMATE
+    return Answer(
+        success=True,
+        message="calibration has begun: turn the drive steadily and without load for about 5 s, "
+        "within 30 s; the result is logged and stands in /diagnostics",
+    )
+
+
+def record_maintenance(
+    pipeline: Pipeline | None, memory: Memory | None, request: RecordMaintenance.Request
+) -> Answer:
+    """Take in what was done to the belt, whether the drive runs or not, and keep it."""
+    if pipeline is None:
+        return Answer(success=False, message="not configured")
+    name = request.drive_name
+    if name not in {"", pipeline.drive_name}:
+        return Answer(
+            success=False,
+            message=f"there is no drive {name!a} here, only {pipeline.drive_name!a}",
+        )
+    if request.action not in set(MaintenanceKind):
+        return Answer(success=False, message=f"action {request.action} is unknown; {_KINDS}")
+    try:
+        kind = MaintenanceKind(request.action)
+        done = pipeline.maintain(Maintenance(kind, request.value, request.value_stddev))
+    except DriveError as error:
+        return Answer(success=False, message=str(error))
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        return Answer(success=False, message=f"it could not be taken in: {error}")
+    note = f" (note: {request.note[:_LONGEST_NOTE]!a})" if request.note else ""
+    return Answer(success=True, message=done + note + _kept(memory))
+
+
+def _kept(memory: Memory | None) -> str:
+    """Keep at once what no measurement will tell again; return what came of that."""
+    if memory is None:
+        return ""
+    memory.finish()
+    return f"; not kept: {memory.trouble}" if memory.trouble else ""

@@ -1,0 +1,172 @@
+"""How fast the load wanders, told from readings alone."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from belt_ros.estimation.load import LoadWander
+
+DT = 0.01
+NOISE = 0.3  # of both torques [N m]
+FASTEST = 3.0  # wander of both torques at full pace [N m/sqrt(s)]
+SLIP_NOISE = 1e-3  # [m/s]
+SLIP_FASTEST = 0.05  # [m/s/sqrt(s)]
+QUIET = 0.003
+SEEDS = range(20)
+
+
+class Bench:
+    """Readings about a scripted torque, and the activity that is told from them."""
+
+    def __init__(self, seed: int, noise: float = NOISE, dt: float = DT) -> None:
+        self.wander = LoadWander()
+        self.random = np.random.default_rng(seed)
+        self.noise = np.array([noise, noise, SLIP_NOISE])
+        self.dt = dt
+
+    def take(self, torque: float, missing: tuple[int, ...] = (), ahead: float = 0.1):
+        z = np.array([torque, -torque, ahead]) + self.noise * self.random.standard_normal(3)
+        z[list(missing)] = math.nan
+        fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
+        return self.wander.follow(z, self.noise**2, fastest, np.zeros(3), self.dt)
+
+    def hold(self, torque: float, seconds: float, missing: tuple[int, ...] = ()):
+        """Activities (n, 2) over some time of constant torque."""
+        return np.array([self.take(torque, missing) for _ in range(round(seconds / self.dt))])
+
+
+@pytest.mark.parametrize("dt", [0.001, 0.01, 0.02])
+@pytest.mark.parametrize("noise", [0.03, 0.3, 1.0])
+def test_a_constant_torque_is_quiet_within_a_second_and_stays_so(dt: float, noise: float) -> None:
+    runs = [Bench(seed, noise, dt).hold(20.0, 4.0).max(axis=1) for seed in SEEDS]
+    within_a_second = [run[: round(1.0 / dt)].min() for run in runs]
+    after = np.array([run[round(1.0 / dt) :] for run in runs])
+    assert max(within_a_second) < QUIET
+    assert np.mean(after < QUIET) > 0.9
+    assert np.mean(after < 0.01) > 0.999
+    assert after.max() < 0.1
+
+
+@pytest.mark.parametrize("noise", [0.03, 0.3])
+def test_a_ramp_is_lively_until_it_ends(noise: float) -> None:
+    for seed in SEEDS:
+        bench = Bench(seed, noise)
+        before = bench.hold(20.0, 2.0)[-1]
+        ramp = np.array([bench.take(20.0 + 15.0 * k * DT) for k in range(100)])
+        after = bench.hold(35.0, 1.5)[-50:]
+        assert np.median(ramp[20:], axis=0).min() > 10.0 * before.max()
+        assert np.median(after) < QUIET
+
+
+@pytest.mark.parametrize("step", [-60.0, 9.0, 30.0])
+def test_a_step_is_as_lively_as_it_is_large_in_that_very_sample(step: float) -> None:
+    """From 30 sigma of the sensor on, five times what the greatest wander would explain."""
+    assert abs(step) > 5.0 * FASTEST * math.sqrt(DT)
+    for seed in SEEDS:
+        bench = Bench(seed)
+        bench.hold(20.0, 2.0)
+        expected = abs(step) / (FASTEST * math.sqrt(DT))
+        np.testing.assert_allclose(bench.take(20.0 + step), expected, rtol=0.15)
+
+
+@pytest.mark.parametrize("step", [9.0, 30.0])
+def test_after_a_step_it_is_quiet_again_within_a_third_of_a_second(step: float) -> None:
+    runs = []
+    for seed in SEEDS:
+        bench = Bench(seed)
+        bench.hold(20.0, 2.0)
+        runs.append(bench.hold(20.0 + step, 1.3).max(axis=1)[30:])
+    assert np.median(runs) < QUIET
+    assert np.mean(np.array(runs) < QUIET) > 0.85
+    assert np.mean(np.array(runs) < 0.01) > 0.99
+
+
+def test_a_step_of_one_torque_leaves_the_other_quiet() -> None:
+    bench = Bench(1)
+    bench.hold(20.0, 2.0)
+    z = np.array([50.0, -20.0, 0.1])
+    fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
+    driver, driven = bench.wander.follow(z, bench.noise**2, fastest, np.zeros(3), DT)
+    assert driver > 1.0
+    assert driven < QUIET
+
+
+@pytest.mark.parametrize("missing", [0, 1])
+def test_a_missing_torque_wanders_like_the_other(missing: int) -> None:
+    bench = Bench(2)
+    held = bench.hold(20.0, 2.0, (missing,))
+    np.testing.assert_array_equal(held[:, 0], held[:, 1])
+    assert held[-1, 0] < QUIET
+    jumped = bench.take(50.0, (missing,))
+    assert jumped[0] == jumped[1] > 1.0
+
+
+def test_without_both_torques_the_load_may_do_anything() -> None:
+    bench = Bench(3)
+    bench.hold(20.0, 2.0)
+    np.testing.assert_array_equal(bench.hold(20.0, 1.0, (0, 1)), 1.0)
+
+
+def test_a_torque_that_comes_back_is_not_compared_with_what_it_was() -> None:
+    bench = Bench(4)
+    bench.hold(20.0, 2.0)
+    bench.hold(20.0, 0.1, (0,))
+    assert bench.take(80.0)[0] == 1.0  # not the jump that the driven pulley's torque has made
+
+
+def test_slip_that_moves_speaks_for_a_load_that_does() -> None:
+    bench = Bench(5)
+    bench.hold(20.0, 2.0)
+    still = bench.hold(20.0, 1.0)[-1]
+    moving = np.array([bench.take(20.0, ahead=0.1 + 0.5 * k * DT) for k in range(100)])
+    assert np.median(moving[20:], axis=0).min() > 10.0 * still.max()
+
+
+def test_slip_that_wanders_anyway_says_nothing_of_the_load() -> None:
+    wander, random = LoadWander(), np.random.default_rng(6)
+    variances = np.array([NOISE, NOISE, SLIP_NOISE]) ** 2
+    fastest, anyway = np.array([FASTEST, FASTEST, SLIP_FASTEST]), np.array([0.0, 0.0, 0.05])
+    ahead, seen = 0.1, []
+    for _ in range(400):
+        ahead += 0.05 * math.sqrt(DT) * random.standard_normal()
+        z = np.array([20.0, -20.0, ahead]) + np.sqrt(variances) * random.standard_normal(3)
+        seen.append(wander.follow(z, variances, fastest, anyway, DT))
+    assert np.mean(np.array(seen[100:]) < QUIET) > 0.95
+
+
+def test_a_start_forgets_everything() -> None:
+    bench, fresh = Bench(7), Bench(7)
+    bench.hold(-70.0, 1.0)
+    bench.wander.start()
+    bench.random = np.random.default_rng(7)
+    np.testing.assert_array_equal(bench.hold(20.0, 0.5), fresh.hold(20.0, 0.5))
+
+
+READING = st.one_of(st.just(math.nan), st.floats(-1e9, 1e9))
+
+
+@hypothesis_settings(derandomize=True, deadline=None, max_examples=150)
+@given(
+    rows=st.lists(
+        st.tuples(st.tuples(READING, READING, READING), st.floats(1e-9, 1e3)),
+        min_size=1,
+        max_size=30,
+    ),
+    noise=st.floats(1e-18, 1e18),
+    fastest=st.floats(1e-6, 1e9),
+)
+def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float) -> None:
+    wander = LoadWander()
+    for readings, dt in rows:
+        active = wander.follow(
+            np.array(readings), np.full(3, noise), np.full(3, fastest), np.zeros(3), dt
+        )
+        assert active.shape == (2,)
+        assert np.all(np.isfinite(active))
+        assert np.all(active >= 0.0)
+        if math.isnan(readings[0]) and math.isnan(readings[1]):
+            assert np.all(active == 1.0)

@@ -69,7 +69,7 @@ def test_tension_and_margin_come_nearer_the_truth_before_the_first_change(smooth
         early = [i for i, t in enumerate(table["stamp_ns"]) if t - start < 3_400_000_000]
         return math.sqrt(np.mean([(table["mean_tension"][i] - 420.0) ** 2 for i in early]))
 
-    assert error(own) < 0.7 * error(filtered)
+    assert error(own) < 0.5 * error(filtered)
     assert own["mean_tension_stddev"][0] < 0.5 * filtered["mean_tension_stddev"][0]
 
 

@@ -48,6 +48,7 @@ _MOST_BY_FRICTION = 32  # ... while there are no more members than this
 MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
 _REDUCE_EVERY = 10  # updates
 _BRANCH_EVERY = 1.0  # [s]
+_BRANCHES = 6  # members that change modes then, for all of their mode
 _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
 _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load must have jumped
@@ -402,7 +403,7 @@ class BeltFilter:
         self._weights = normalised(self._log_weights)
 
     def _reduce(self) -> None:
-        """Drop and merge members; now and then let the best begin, or end, a change of traction.
+        """Drop and merge members; now and then let some begin, or end, a change of traction.
 
         A member in which traction is changing gives every loss of it a hypothesis to be explained
         by, before slower quantities are bent to explain it.
@@ -416,20 +417,34 @@ class BeltFilter:
         best = max(components, key=lambda component: component.log_weight)
         alone = all(component.changing is best.changing for component in components)
         if alone or self._since_branch >= _BRANCH_EVERY:
-            came_from = [component.changing for component in components] + [best.changing]
             begun = self.drift.tension_changes * self._since_branch
             ended = _CHANGE_END_RATE * self._since_branch
-            # All that leave the mode of the best go on from where it is.
-            alike = [c.log_weight for c in components if c.changing is best.changing]
             leaving = math.log(-math.expm1(-(ended if best.changing else begun)))
-            log_weight = float(np.logaddexp.reduce(alike)) + leaving
-            branch = Component(log_weight, best.mean, best.covariance, not best.changing)
+            branches = self._branches(components, changing=best.changing, log_share=leaving)
+            came_from = [component.changing for component in components]
+            came_from += [best.changing] * len(branches)
             for component in components:
                 component.log_weight -= ended if component.changing else begun
-            components.append(branch)
+            components += branches
             self._recent.switch(components, came_from)
             self._since_branch = 0.0
         self._adopt(components)
+
+    @staticmethod
+    def _branches(
+        components: list[Component], *, changing: bool, log_share: float
+    ) -> list[Component]:
+        """Return the share of a mode that changes into the other, at its heaviest members."""
+        mode = sorted(
+            (c for c in components if c.changing is changing), key=lambda c: -c.log_weight
+        )
+        weights = [c.log_weight for c in mode]
+        heaviest = np.logaddexp.reduce(weights[:_BRANCHES])
+        scale = log_share + float(np.logaddexp.reduce(weights) - heaviest)
+        return [
+            Component(c.log_weight + scale, c.mean, c.covariance, not changing)
+            for c in mode[:_BRANCHES]
+        ]
 
     def readings(self, slowest: float) -> Readings:
         """Read off what `state.Reading` lists, by unscented transform of every member that counts.

@@ -5,6 +5,7 @@ faults give the same joint states every time. Faults act in the order in which t
 """
 
 import math
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -120,7 +121,7 @@ def _change(fault: Fault) -> _Change:
     return lambda _, values: tuple(map(change, values))
 
 
-class _Stage:
+class _Stage(ABC):
     """A fault at work: between its begin and end it acts on the reports that pass."""
 
     def __init__(self, fault: Fault, start_ns: int, random: np.random.Generator) -> None:
@@ -152,8 +153,9 @@ class _Stage:
         """Whether nothing more will come of it."""
         return self._begun and now_ns >= self._end
 
+    @abstractmethod
     def _act(self, now_ns: int, reports: list[Report]) -> list[Report]:
-        raise NotImplementedError
+        """Return what becomes of reports while the fault acts."""
 
     def _rest(self, _now_ns: int, reports: list[Report]) -> list[Report]:
         return reports

@@ -87,6 +87,7 @@ class ResultBag:
             header=self._header(status.stamp_ns),
             first_time=self._time(status.first_ns),
             last_time=self._time(status.last_ns),
+            conditions=[],
             **alarm_fields(drive_name, status),
         )
         self._writer.write(self._alarm, log_ns, self._types.serialize_cdr(message, ALARM_TYPE))

@@ -117,4 +117,7 @@ def test_installed_package_knows_its_messages_without_ros_and_checkout(
     file, *types = result.stdout.split()
 
     assert Path(file).is_relative_to(tmp_path)
-    assert types == [f"belt_msgs/msg/{name}" for name in ("BeltState", "PulleyState", "SlipAlarm")]
+    assert types == [
+        f"belt_msgs/msg/{name}"
+        for name in ("AlarmCondition", "BeltState", "PulleyState", "SlipAlarm")
+    ]

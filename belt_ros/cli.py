@@ -38,9 +38,9 @@ OptionalConfig = Annotated[
 def _errors_in_one_line() -> Iterator[None]:
     """Report what the user can mend as one red line, without traceback, and exit with 1."""
     from belt_ros.mechanics import DriveError
+    from belt_ros.parameter_table import SettingsError
     from belt_ros.replay.errors import BagError
     from belt_ros.replay.results import ResultsError
-    from belt_ros.settings import SettingsError
 
     try:
         yield

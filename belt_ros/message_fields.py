@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from belt_ros.estimation import AlarmStatus, BeltEstimate, Quantity
+from belt_ros.estimation import AlarmStatus, BeltEstimate, ConditionStatus, Quantity
 
 _QUANTITIES = (
     "driver_speed",
@@ -59,7 +59,7 @@ def state_fields(drive_name: str, estimate: BeltEstimate) -> dict[str, Any]:
 
 
 def alarm_fields(drive_name: str, status: AlarmStatus) -> dict[str, Any]:
-    """Return the fields of belt_msgs/SlipAlarm, but for its header and times."""
+    """Return the fields of belt_msgs/SlipAlarm, but for its header, times and conditions."""
     return {
         "drive_name": drive_name,
         "condition": int(status.condition),
@@ -71,6 +71,19 @@ def alarm_fields(drive_name: str, status: AlarmStatus) -> dict[str, Any]:
         "margin_stddev": status.margin.stddev,
         "excess_slip": status.excess_slip,
         "gross_slip_probability": status.gross_slip_probability,
+        "count": status.count,
+        "message": status.message,
+    }
+
+
+def condition_fields(status: ConditionStatus) -> dict[str, Any]:
+    """Return the fields of belt_msgs/AlarmCondition, but for its times."""
+    return {
+        "condition": int(status.condition),
+        "severity": int(status.severity),
+        "latched_severity": int(status.latched_severity),
+        "active": status.active,
+        "acknowledged": status.acknowledged,
         "count": status.count,
         "message": status.message,
     }

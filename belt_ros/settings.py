@@ -1,13 +1,11 @@
 """One YAML describes a drive: read once, checked, used by node, replay and rig alike.
 
 The file is a ROS 2 parameter file, so the node takes it with ``--params-file`` and replay reads the
-same one; a plain mapping without the ``ros__parameters`` wrapping is taken too. The table of
-parameters below is the only place where names, units, ranges and defaults are listed.
+same one; a plain mapping without the ``ros__parameters`` wrapping is taken too.
 """
 
 import dataclasses
 import difflib
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,66 +23,21 @@ from belt_ros.estimation import (
     SensorNoise,
 )
 from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
+from belt_ros.parameter_table import GROUPS, PARAMETERS, SettingsError
+from belt_ros.several_drives import DriveNamesError, drive_names, values_of_drive
 
-Value = float | str
 _LARGEST_FILE = 1_000_000
 
 # Parameters of the node itself, which the same file may hold.
 NODE_ONLY = (
     "use_sim_time",
     "autostart",
-    "input_",
+    "input",
+    "state_period",
     "diagnostics_period",
     "memory_",
     "qos_overrides",
 )
-
-
-class SettingsError(ValueError):
-    """A drive description that cannot be used; the message names parameter, value and limit."""
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One entry of the parameter table. `default` None: it must be given."""
-
-    name: str
-    default: Value | None
-    meaning: str
-    unit: str = ""
-    low: float = -math.inf
-    high: float = math.inf
-    fixed: bool = True
-    choices: tuple[str, ...] = ()
-
-    @property
-    def is_text(self) -> bool:
-        """Whether its value is text rather than a number."""
-        return isinstance(self.default, str) or bool(self.choices)
-
-    def check(self, value: object) -> Value:
-        """Return `value` in the parameter's type; raise `SettingsError` if it is not admissible."""
-        if self.is_text:
-            if not isinstance(value, str):
-                raise SettingsError(f"{self.name} is {value!r}; it must be text")
-            if self.choices and value not in self.choices:
-                raise SettingsError(
-                    f"{self.name} is {value!r}; it must be one of {', '.join(self.choices)}"
-                )
-            return value
-        # YAML 1.1 takes 8.1e7, without a sign in its exponent, for text.
-        if isinstance(value, bool) or not isinstance(value, int | float | str):
-            raise SettingsError(f"{self.name} is {value!r}; it must be a number")
-        try:
-            number = float(value)
-        except ValueError:
-            raise SettingsError(f"{self.name} is {value!r}; it must be a number") from None
-        if not self.low <= number <= self.high:
-            raise SettingsError(
-                f"{self.name} is {number:g} {self.unit}; it must lie between {self.low:g} "
-                f"and {self.high:g}"
-            )
-        return number
 
 
 @dataclass(frozen=True)
@@ -115,88 +68,9 @@ class DriveSettings:
         )
 
 
-_GROUPS: dict[str, type] = {
-    "driver": Joint,
-    "driven": Joint,
-    "prior": Prior,
-    "noise": SensorNoise,
-    "drift": Drift,
-    "limits": SensorLimits,
-    "alarm": AlarmSettings,
+_RESERVED = frozenset(name.partition(".")[0] for name in PARAMETERS) | {
+    name.rstrip("_") for name in NODE_ONLY
 }
-_PULLEY = (
-    ("radius", "radius to the belt's neutral line", "m", 1e-4, 100.0),
-    ("wrap_angle", "angle over which the belt touches the pulley", "rad", 1e-3, 2.0 * math.pi),
-    (
-        "inertia",
-        "of all that turns with the pulley, between the torque's point of measurement and the belt",
-        "kg m2",
-        1e-9,
-        1e9,
-    ),
-)
-
-
-def _geometry() -> Iterator[Parameter]:
-    yield Parameter("name", "belt_drive", "name of the drive in messages and diagnostics")
-    yield Parameter(
-        "belt.axial_stiffness", None, "EA, force per unit strain of the belt", "N", 1.0, 1e12
-    )
-    yield Parameter(
-        "belt.mass_per_length", 0.0, "m, belt inertia; 0 leaves it out", "kg/m", 0.0, 1e4
-    )
-    for pulley in ("driver", "driven"):
-        for name, meaning, unit, low, high in _PULLEY:
-            yield Parameter(f"{pulley}.{name}", None, meaning, unit, low, high)
-    yield Parameter(
-        "driver.friction_ratio",
-        1.0,
-        "mu of the driver over mu of the driven pulley",
-        "-",
-        1e-3,
-        1e3,
-    )
-    yield Parameter(
-        "driver.stiffness_ratio",
-        1.0,
-        "kf of the driver over kf of the driven pulley",
-        "-",
-        1e-6,
-        1e6,
-    )
-    yield Parameter("span_length", None, "free length of one belt span", "m", 1e-4, 1e5)
-    yield Parameter(
-        "tensioning",
-        Tensioning.CONSTANT_MEAN.value,
-        "what stays constant as torque changes",
-        choices=tuple(kind.value for kind in Tensioning),
-    )
-    yield Parameter(
-        "kinematics",
-        Kinematics.EXACT.value,
-        "how span strain enters slip; linear reproduces the paper",
-        choices=tuple(kind.value for kind in Kinematics),
-    )
-
-
-def _table() -> Iterator[Parameter]:
-    yield from _geometry()
-    for group, kind in _GROUPS.items():
-        for field in dataclasses.fields(kind):
-            named = kind is Joint and field.name == "name"
-            default: Any = f"{group}_pulley_joint" if named else field.default
-            yield Parameter(
-                name=f"{group}.joint" if named else f"{group}.{field.name}",
-                default=default,
-                meaning=field.metadata["meaning"],
-                unit=field.metadata["unit"],
-                low=field.metadata["low"],
-                high=field.metadata["high"],
-                fixed=field.metadata["fixed"],
-            )
-
-
-PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _table()}
 
 
 def _flatten(mapping: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
@@ -238,7 +112,7 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
         if value is None:
             raise SettingsError(f"{name} is missing: {parameter.meaning} [{parameter.unit}]")
         checked[name] = parameter.check(value)
-    groups = {name: _group(name, kind, checked) for name, kind in _GROUPS.items()}
+    groups = {name: _group(name, kind, checked) for name, kind in GROUPS.items()}
     try:
         drive = _drive(checked)
     except DriveError as error:
@@ -297,8 +171,31 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     return dict(_flatten(_unwrap(document)))
 
 
-def load_settings(path: str | Path, overrides: Mapping[str, object] | None = None) -> DriveSettings:
+def names_of_drives(values: Mapping[str, object]) -> tuple[str, ...]:
+    """Return the names of the drives that flat `values` describe; none if there is but one.
+
+    Raises
+    ------
+    SettingsError
+        If they cannot be used.
+    """
+    try:
+        return drive_names(values.get("drives"), _RESERVED)
+    except DriveNamesError as error:
+        raise SettingsError(str(error)) from error
+
+
+def load_settings(
+    path: str | Path, overrides: Mapping[str, object] | None = None, drive: str = ""
+) -> DriveSettings:
     """Read and check a drive's YAML; `overrides` are flat names that take precedence.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : mapping, optional
+    drive : str
+        Which drive, where the file describes several.
 
     Raises
     ------
@@ -307,8 +204,22 @@ def load_settings(path: str | Path, overrides: Mapping[str, object] | None = Non
     """
     values = {**read_parameters(path), **(overrides or {})}
     try:
+        values = _chosen(values, drive)
         return settings_from_parameters(
             {name: value for name, value in values.items() if not name.startswith(NODE_ONLY)}
         )
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
+
+
+def _chosen(values: dict[str, object], drive: str) -> dict[str, object]:
+    names = names_of_drives(values)
+    if not names:
+        values.pop("drives", None)
+        return values
+    if not drive and len(names) == 1:
+        drive = names[0]
+    if drive not in names:
+        asked = f"no drive {drive!r}" if drive else "several drives"
+        raise SettingsError(f"it describes {asked}; name one of {', '.join(names)}")
+    return values_of_drive(values, drive, names)

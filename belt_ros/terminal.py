@@ -9,9 +9,11 @@ from rich.table import Table
 from belt_ros.mechanics import DriveError
 from belt_ros.mechanics.materials import BeltMaterial, SurfaceState
 from belt_ros.mechanics.materials.tables import tables
+from belt_ros.node.parameter_tables import ALL_PARAMETERS, WHILE_UNCONFIGURED
+from belt_ros.parameter_table import Parameter
 from belt_ros.rating import Rating
 from belt_ros.replay.summary import Extreme, FinalQuantity, Summary
-from belt_ros.settings import PARAMETERS, DriveSettings, Parameter
+from belt_ros.settings import DriveSettings
 
 _SHOWN = (
     "slip",
@@ -135,17 +137,24 @@ def print_rating(settings: DriveSettings, rating: Rating) -> None:
 _PARAMETER_HEADINGS = ("parameter", "unit", "default", "range", "while running", "meaning")
 
 
+def _default(value: object) -> str:
+    if value is None:
+        return "required"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value:g}" if isinstance(value, float | int) else str(value)
+
+
 def _parameter_row(parameter: Parameter) -> tuple[str, ...]:
-    default = parameter.default
-    shown = (
-        "required" if default is None else default if isinstance(default, str) else f"{default:g}"
-    )
+    shown = _default(parameter.default)
     bounds = ", ".join(parameter.choices)
     if math.isfinite(parameter.low) and math.isfinite(parameter.high):
         bounds = f"{parameter.low:g} to {parameter.high:g}"
     changeable = "fixed" if parameter.fixed else "may change"
     if parameter.name.startswith("prior."):
         changeable = "at configure"
+    elif parameter.name in WHILE_UNCONFIGURED:
+        changeable = "while unconfigured"
     return parameter.name, parameter.unit, shown, bounds, changeable, parameter.meaning
 
 
@@ -154,7 +163,7 @@ def print_parameters() -> None:
     table = Table()
     for heading in _PARAMETER_HEADINGS:
         table.add_column(heading, overflow="fold")
-    for parameter in PARAMETERS.values():
+    for parameter in ALL_PARAMETERS.values():
         table.add_row(*(text.replace("[", r"\[") for text in _parameter_row(parameter)))
     Console().print(table)
 
@@ -162,7 +171,7 @@ def print_parameters() -> None:
 def markdown_parameters() -> str:
     """Return the table of parameters as Markdown."""
     lines = [_markdown_row(_PARAMETER_HEADINGS), _markdown_row(("---",) * 6)]
-    for parameter in PARAMETERS.values():
+    for parameter in ALL_PARAMETERS.values():
         name, *rest = _parameter_row(parameter)
         lines.append(_markdown_row((f"`{name}`", *rest)))
     return "\n".join(lines)

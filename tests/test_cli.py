@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import belt_ros
 from belt_ros.cli import app
-from belt_ros.settings import PARAMETERS
+from belt_ros.node.parameter_tables import ALL_PARAMETERS
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper_drive.yaml"
 
@@ -149,7 +149,7 @@ def test_parameters_lists_every_one():
     header, rule, *rows = result.stdout.strip().splitlines()
     assert re.fullmatch(r"\| parameter .*", header)
     assert re.fullmatch(r"(\| --- )+\|", rule)
-    assert [row.split("`")[1] for row in rows] == list(PARAMETERS)
+    assert [row.split("`")[1] for row in rows] == list(ALL_PARAMETERS)
     assert len({len(re.findall(r"(?<!\\)\|", row)) for row in (header, rule, *rows)}) == 1
     assert belt("parameters").exit_code == 0
 

@@ -16,8 +16,9 @@ from belt_ros.demo.plot import draw
 from belt_ros.demo.processes import Process
 from belt_ros.demo.table import live_table, plain_line
 from belt_ros.demo.verdict import Verdict, judge, judge_bag
+from belt_ros.parameter_table import SettingsError
 from belt_ros.replay import BagError
-from belt_ros.settings import DriveSettings, SettingsError, load_settings
+from belt_ros.settings import DriveSettings, load_settings
 
 OUTPUT = Path("belt_demo")
 _START_PATIENCE = 120.0  # [s]: the first run of all compiles

@@ -1,8 +1,10 @@
 """What can be known of a belt drive from its measurements. No ROS, no clock: time is a stamp."""
 
-from belt_ros.estimation.alarm import AlarmSettings, AlarmStatus, Condition, Severity
+from belt_ros.estimation.alarm import SlipAlarm
+from belt_ros.estimation.alarm_settings import AlarmSettings, Condition, Severity
 from belt_ros.estimation.assumptions import Drift, Joint, Prior, SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
+from belt_ros.estimation.condition import AlarmStatus, ConditionStatus
 from belt_ros.estimation.estimate import BeltEstimate, Health, Knowledge, Phase, Quantity
 from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind
 from belt_ros.estimation.measurement import Measurement, Rejection, measurement_from_joints
@@ -16,6 +18,7 @@ __all__ = [
     "BeltFilter",
     "BeltMonitor",
     "Condition",
+    "ConditionStatus",
     "Drift",
     "Health",
     "Joint",
@@ -33,5 +36,6 @@ __all__ = [
     "SensorLimits",
     "SensorNoise",
     "Severity",
+    "SlipAlarm",
     "measurement_from_joints",
 ]

@@ -1,235 +1,311 @@
-"""Slip-margin alarm: thresholds with deadband, on- and off-delay, latch and acknowledgement.
+"""The alarms of one drive: what is judged, and what is told of it.
 
-Conditions are judged by probability, not by the estimate alone: a margin that the data cannot tell
-raises nothing. Time is that of the estimates. The alarm advises; it is no safety function.
+Each condition is an alarm of its own (see `condition`). Margin, slip and traction are judged by
+probability, not by the estimate alone: what the data cannot tell raises nothing. While a sensor is
+implausible or the estimator lost, none of these rises anew. Time is that of the estimates. The
+alarms advise; they are no safety function.
 """
 
-from dataclasses import dataclass
-from enum import IntEnum
+import math
 
-from belt_ros.estimation.assumptions import setting
-from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity, probability_below
+from belt_ros.estimation.alarm_settings import AlarmSettings, Condition, Severity
+from belt_ros.estimation.assumptions import SensorLimits
+from belt_ros.estimation.belt_evidence import (
+    RESTING,
+    gross_slip_evidence,
+    margin_evidence,
+    slip_evidence,
+    traction_evidence,
+)
+from belt_ros.estimation.channels import Channels
+from belt_ros.estimation.condition import (
+    AlarmStatus,
+    ConditionAlarm,
+    Delays,
+    Evidence,
+)
+from belt_ros.estimation.estimate import BeltEstimate, Phase
+from belt_ros.estimation.measurement import Measurement, Rejection
+from belt_ros.estimation.overload import Capacity
+from belt_ros.estimation.sensor_watch import SensorWatch
+from belt_ros.estimation.sentences import Tension, over, recovering, sentence
+from belt_ros.estimation.traction import named_loss
 
 _SECONDS = 1e-9
 
 
-class Condition(IntEnum):
-    """What an alarm is about; the numbers are those of belt_msgs/SlipAlarm."""
-
-    NONE = 0
-    LOW_MARGIN = 1
-    EXCESS_SLIP = 2
-    GROSS_SLIP = 3
-
-
-class Severity(IntEnum):
-    """How bad a condition is; the numbers are those of belt_msgs/SlipAlarm."""
-
-    NORMAL = 0
-    WARNING = 1
-    ALARM = 2
-    TRIP = 3
-
-
-@dataclass(frozen=True)
-class AlarmSettings:
-    """Thresholds and delays of the alarm."""
-
-    margin_warning: float = setting(0.25, "warn below this margin", "-", 0.0, 1.0)
-    margin_alarm: float = setting(0.10, "alarm below this margin", "-", 0.0, 1.0)
-    excess_slip_warning: float = setting(
-        0.01, "warn above this slip beyond predicted creep", "-", 0.0, 1.0
-    )
-    excess_slip_alarm: float = setting(
-        0.03, "alarm above this slip beyond predicted creep", "-", 0.0, 1.0
-    )
-    excess_slip_trip: float = setting(
-        0.20, "trip above this slip beyond predicted creep", "-", 0.0, 1.0
-    )
-    confidence: float = setting(
-        0.8, "probability at which a condition counts as met", "-", 0.5, 0.9999
-    )
-    clear_confidence: float = setting(
-        0.4, "probability below which a raised condition counts as gone (deadband)", "-", 0.0, 0.5
-    )
-    on_delay: float = setting(0.2, "a condition must hold this long to be raised", "s", 0.0, 60.0)
-    off_delay: float = setting(1.0, "and be gone this long to be cleared", "s", 0.0, 600.0)
-
-
-@dataclass(frozen=True, slots=True)
-class AlarmStatus:
-    """Present state of the alarm."""
-
-    stamp_ns: int
-    condition: Condition
-    severity: Severity
-    latched_severity: Severity
-    acknowledged: bool
-    margin: Quantity
-    excess_slip: float
-    gross_slip_probability: float
-    count: int
-    first_ns: int
-    last_ns: int
-    message: str
-
-    @property
-    def active(self) -> bool:
-        """Whether a condition holds now."""
-        return self.severity > Severity.NORMAL
-
-
-class _Timer:
-    """One condition at one severity: on- and off-delay, and the deadband between them."""
-
-    def __init__(self) -> None:
-        self.raised = False
-        self._since_ns: int | None = None
-
-    def update(self, probability: float, stamp_ns: int, settings: AlarmSettings) -> bool:
-        changing = (
-            probability < settings.clear_confidence
-            if self.raised
-            else probability >= settings.confidence
-        )
-        if not changing:
-            self._since_ns = None
-            return self.raised
-        if self._since_ns is None or stamp_ns < self._since_ns:
-            self._since_ns = stamp_ns
-        delay = settings.off_delay if self.raised else settings.on_delay
-        if (stamp_ns - self._since_ns) * _SECONDS >= delay:
-            self.raised = not self.raised
-            self._since_ns = None
-        return self.raised
-
-
 class SlipAlarm:
-    """The alarm of one drive. `update` returns its status when that has changed, else None."""
+    """The alarms of one drive. `update` returns their status when that has changed, else None.
 
-    def __init__(self, name: str, settings: AlarmSettings) -> None:
-        self.settings = settings
+    Parameters
+    ----------
+    name : str
+        Of the drive.
+    settings : AlarmSettings
+    limits : SensorLimits, optional
+        When silence is too long.
+    installed : float
+        Tension as told [N]; it stands in messages.
+    slack_held : bool
+        Whether this is the slack tension rather than the mean.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        settings: AlarmSettings,
+        limits: SensorLimits | None = None,
+        installed: float = math.nan,
+        *,
+        slack_held: bool = False,
+    ) -> None:
+        self.installed = installed
         self._name = name
+        self._slack_held = slack_held
+        self.retune(settings, limits or SensorLimits())
         self._clear()
+
+    def retune(self, settings: AlarmSettings, limits: SensorLimits) -> None:
+        """Go on with other thresholds, delays and limits."""
+        self._settings = s = settings
+        self._gap = limits.greatest_gap
+        self._limits = limits
+        self._slow = Delays(s.on_delay, s.off_delay)
+        self._tripping = Delays(s.trip_on_delay, s.trip_off_delay)
+        self._losing = Delays(s.traction_on_delay, s.traction_off_delay)
+        self._staling = Delays(0.0, s.stale_off_delay)  # the greatest gap is its on-delay
+        self._doubting = Delays(s.implausible_on_delay, s.implausible_off_delay)
+        self._straying = Delays(s.lost_on_delay, s.lost_off_delay)
 
     def _clear(self) -> None:
-        self._timers = {
-            (condition, severity): _Timer()
-            for condition, severity in (
-                (Condition.GROSS_SLIP, Severity.TRIP),
-                (Condition.EXCESS_SLIP, Severity.ALARM),
-                (Condition.LOW_MARGIN, Severity.ALARM),
-                (Condition.EXCESS_SLIP, Severity.WARNING),
-                (Condition.LOW_MARGIN, Severity.WARNING),
-            )
-        }
-        self._condition = Condition.NONE
-        self._severity = Severity.NORMAL
-        self._latched = Severity.NORMAL
-        self._acknowledged = True
-        self._announced = False
-        self._count = 0
-        self._first_ns = 0
-        self._last_ns = 0
+        alarm, warning = Severity.ALARM, Severity.WARNING
+        self.watch = SensorWatch()
+        self._channels = Channels()
+        self._stale = ConditionAlarm(Condition.SENSOR_STALE, (alarm, warning))
+        self._implausible = ConditionAlarm(Condition.SENSOR_IMPLAUSIBLE, (alarm,))
+        self._lost = ConditionAlarm(Condition.ESTIMATOR_LOST, (alarm,))
+        self._gross_slip = ConditionAlarm(Condition.GROSS_SLIP, (Severity.TRIP, alarm))
+        self._excess_slip = ConditionAlarm(Condition.EXCESS_SLIP, (alarm, warning))
+        self._low_margin = ConditionAlarm(Condition.LOW_MARGIN, (alarm, warning))
+        self._traction = ConditionAlarm(Condition.TRACTION_LOST, (warning,))
+        # Of equal severity, what the others rest on comes first.
+        self._all = (
+            self._stale,
+            self._implausible,
+            self._lost,
+            self._gross_slip,
+            self._excess_slip,
+            self._low_margin,
+            self._traction,
+        )
+        self._estimate: BeltEstimate | None = None
+        self._now_ns = 0
+        self._moving = 0.0  # [s] since motion began
+        self._naming = (Condition.TRACTION_LOST, 0.0)  # a name that is on its way, and since when
+        self._silence = 0.0
+        self._changed = True  # since it was last told
 
     def reset(self) -> None:
-        """Forget everything, latch included."""
+        """Forget everything, latches included."""
         self._clear()
 
-    def acknowledge(self, estimate: BeltEstimate) -> AlarmStatus:
-        """Release the latch; a condition that still holds stays raised."""
-        self._acknowledged = True
-        self._latched = self._severity
-        return self._status(estimate)
+    def update(
+        self,
+        estimate: BeltEstimate,
+        measurement: Measurement | None = None,
+        capacity: Capacity | None = None,
+    ) -> AlarmStatus | None:
+        """Judge an estimate; return the status if anything changed, and the first time.
 
-    def update(self, estimate: BeltEstimate) -> AlarmStatus | None:
-        """Judge `estimate`; return the status if anything changed, and the first time."""
-        before = (self._condition, self._severity, self._latched) if self._announced else None
-        was = self._severity
-        self._judge(estimate)
-        if self._severity > Severity.NORMAL:
-            if was is Severity.NORMAL:
-                self._count += 1
-                self._first_ns = estimate.stamp_ns
-            self._last_ns = estimate.stamp_ns
-        if self._severity > self._latched:
-            self._latched = self._severity
-            self._acknowledged = False
-        if (self._condition, self._severity, self._latched) == before:
+        Parameters
+        ----------
+        estimate : BeltEstimate
+        measurement : Measurement, optional
+            The one that led to it; which quantities are there is judged by it.
+        capacity : Capacity, optional
+            Distribution of the torque at gross slip. Without it the margin is taken as normal.
+        """
+        dt = self._elapsed(estimate.stamp_ns)
+        self._estimate = estimate
+        gap = self._gap
+        self.watch.accept(estimate, self._settings, gap)
+        if measurement is not None:
+            self._channels.take(measurement, gap)
+        resting = estimate.phase in RESTING
+        self._moving = 0.0 if resting else self._moving + min(max(dt, 0.0), gap)
+        self._judge_sensors(estimate.stamp_ns, silent=dt > gap, silence=dt)
+        self._judge_estimator(estimate)
+        self._judge_belt(estimate, capacity, resting=resting)
+        return self._news()
+
+    def turned_away(
+        self, reason: Rejection, measurement: Measurement | None = None
+    ) -> AlarmStatus | None:
+        """Take in that a measurement was not used; return the status if anything changed."""
+        stamp_ns = self.watch.refuse(reason, measurement, self._limits)
+        if stamp_ns is None or self._estimate is None:
             return None
-        self._announced = True
-        return self._status(estimate)
+        self._now_ns = max(self._now_ns, stamp_ns)
+        self._judge_plausibility(stamp_ns)
+        return self._news()
 
-    def _judge(self, estimate: BeltEstimate) -> None:
-        """Set condition and severity to the worst that is raised, in the timers' order."""
-        self._condition, self._severity = Condition.NONE, Severity.NORMAL
-        for (condition, severity), timer in self._timers.items():
-            probability = self._probability(condition, severity, estimate)
-            raised = timer.update(probability, estimate.stamp_ns, self.settings)
-            if raised and severity > self._severity:
-                self._condition, self._severity = condition, severity
+    def silent(self, stamp_ns: int, silence: float) -> AlarmStatus | None:
+        """Take in that nothing usable has come; return the status if anything changed.
 
-    def _probability(
-        self, condition: Condition, severity: Severity, estimate: BeltEstimate
-    ) -> float:
-        settings = self.settings
-        moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
-        if condition is Condition.LOW_MARGIN:
-            alarm = severity is Severity.ALARM
-            limit = settings.margin_alarm if alarm else settings.margin_warning
-            return probability_below(estimate.margin, limit)
-        if not moving:
-            return 0.0
-        limit = {
-            Severity.WARNING: settings.excess_slip_warning,
-            Severity.ALARM: settings.excess_slip_alarm,
-            Severity.TRIP: settings.excess_slip_trip,
-        }[severity]
-        excess = Quantity(abs(estimate.excess_slip.value), estimate.excess_slip.stddev)
-        return 1.0 - probability_below(excess, limit)
+        Parameters
+        ----------
+        stamp_ns : int
+            Now [ns], on the clock of the measurements.
+        silence : float
+            Time since the last measurement that was used [s].
+        """
+        if self._estimate is None or not silence > self._gap:
+            return None
+        self._now_ns = max(self._now_ns, stamp_ns)
+        self._judge_sensors(self._now_ns, silent=True, silence=silence)
+        return self._news()
 
-    def _holds(self, estimate: BeltEstimate) -> bool:
-        """Whether the raised condition is still there, rather than waiting for its off-delay."""
-        probability = self._probability(self._condition, self._severity, estimate)
-        return probability >= self.settings.clear_confidence
+    def acknowledge(
+        self, estimate: BeltEstimate, condition: Condition | None = None
+    ) -> AlarmStatus:
+        """Release the latch of a condition, or of all; what still holds stays raised."""
+        self._estimate = self._estimate or estimate
+        for each in self._all:
+            if condition is None or each.condition is condition:
+                each.acknowledge()
+        self._changed = False
+        return self._status()
 
-    def _status(self, estimate: BeltEstimate) -> AlarmStatus:
+    def _elapsed(self, stamp_ns: int) -> float:
+        """Time since the estimate before [s]."""
+        before = None if self._estimate is None else self._estimate.stamp_ns
+        self._now_ns = stamp_ns
+        return 0.0 if before is None else (stamp_ns - before) * _SECONDS
+
+    def _judge_sensors(self, stamp_ns: int, *, silent: bool, silence: float) -> None:
+        """Judge whether sensors are silent or missing, and whether they can be believed."""
+        if silent:
+            self._silence = silence
+        absent = bool(self._channels.absent(self._gap))
+        evidence = _either(met=silent), _either(met=silent or absent)
+        self._changed |= self._stale.update(stamp_ns, evidence, self._staling, longest=self._gap)
+        if not silent:
+            self._judge_plausibility(stamp_ns)
+
+    def _judge_plausibility(self, stamp_ns: int) -> None:
+        evidence = (self.watch.evidence(self._settings),)
+        self._changed |= self._implausible.update(
+            stamp_ns, evidence, self._doubting, longest=self._gap
+        )
+
+    def _judge_estimator(self, estimate: BeltEstimate) -> None:
+        evidence = (_either(met=estimate.phase is Phase.LOST),)
+        self._changed |= self._lost.update(
+            estimate.stamp_ns, evidence, self._straying, longest=self._gap
+        )
+
+    def _judge_belt(
+        self, estimate: BeltEstimate, capacity: Capacity | None, *, resting: bool
+    ) -> None:
+        """Judge margin, slip and traction. None of them rises while the data are in doubt."""
+        s, now, gap = self._settings, estimate.stamp_ns, self._gap
+        believed = not (
+            self._implausible.active
+            or self._lost.active
+            or estimate.phase is Phase.LOST
+            or self.watch.evidence(s) is Evidence.MET
+        )
+        rises = believed and (resting or self._moving >= s.start_bypass)
+        margins = margin_evidence(estimate, capacity, s)
+        trip, *excess = slip_evidence(estimate, s)
+        sliding = gross_slip_evidence(estimate, s)
+        self._changed |= self._low_margin.update(
+            now, margins, self._slow, longest=gap, may_rise=rises
+        )
+        self._changed |= self._excess_slip.update(
+            now, excess, self._slow, longest=gap, may_rise=rises
+        )
+        self._changed |= self._gross_slip.update(
+            now, (trip, sliding), self._tripping, longest=gap, may_rise=rises
+        )
+        self._judge_traction(estimate, may_rise=believed)
+
+    def _judge_traction(self, estimate: BeltEstimate, *, may_rise: bool) -> None:
+        s, lost = self._settings, estimate.lost_traction
+        evidence = traction_evidence(lost, s)
+        self._changed |= self._traction.update(
+            estimate.stamp_ns, (evidence,), self._losing, longest=self._gap, may_rise=may_rise
+        )
+        if evidence is Evidence.MET:
+            self._name_loss(Condition(named_loss(lost, s.traction_confidence)), estimate.stamp_ns)
+        elif not self._traction.told:
+            self._traction.condition = Condition.TRACTION_LOST
+
+    def _name_loss(self, name: Condition, now_ns: int) -> None:
+        """Name the loss once its cause is clear for as long as an alarm takes to be raised."""
+        if name is not self._naming[0]:
+            self._naming = name, now_ns
+        clear = name in (Condition.TENSION_LOST, Condition.FRICTION_LOST)
+        held = (now_ns - self._naming[1]) * _SECONDS
+        if self._traction.active and clear and held >= self._settings.traction_on_delay:
+            self._changed |= self._traction.condition is not name
+            self._traction.condition = name
+
+    def _news(self) -> AlarmStatus | None:
+        if not self._changed:
+            return None
+        self._changed = False
+        return self._status()
+
+    def _status(self) -> AlarmStatus:
+        """Return what is to be told now."""
+        estimate = self._estimate
+        assert estimate is not None, "nothing is told before the first estimate"
+        told = [each for each in self._all if each.told]
+        told.sort(key=lambda each: (-each.severity, -each.latched))  # stable: ties as in _all
+        worst = told[0] if told else max(self._all, key=lambda each: each.last_ns)
+        conditions = tuple(each.status(self._message(each, estimate)) for each in told)
+        nothing = sentence(self._name, Condition.NONE, estimate, self._tension(estimate))
         return AlarmStatus(
-            stamp_ns=estimate.stamp_ns,
-            condition=self._condition,
-            severity=self._severity,
-            latched_severity=self._latched,
-            acknowledged=self._acknowledged,
+            stamp_ns=self._now_ns,
+            condition=worst.condition if told else Condition.NONE,
+            severity=worst.severity,
+            latched_severity=max((each.latched for each in told), default=Severity.NORMAL),
+            acknowledged=all(each.acknowledged for each in told),
             margin=estimate.margin,
             excess_slip=estimate.excess_slip.value,
             gross_slip_probability=estimate.gross_slip_probability,
-            count=self._count,
-            first_ns=self._first_ns,
-            last_ns=self._last_ns,
-            message=self._message(estimate),
+            count=worst.count,
+            first_ns=worst.first_ns,
+            last_ns=worst.last_ns,
+            message=conditions[0].message if told else nothing,
+            conditions=conditions,
         )
 
-    def _message(self, estimate: BeltEstimate) -> str:
-        tension = estimate.mean_tension
-        known = f"mean tension {tension.value:.0f} +/- {tension.stddev:.0f} N"
-        if self._condition is not Condition.NONE and not self._holds(estimate):
-            return (
-                f"{self._name}: recovering, {estimate.margin.value:.0%} margin and "
-                f"{estimate.slip.value:.2%} slip now; the alarm clears if it lasts ({known})."
-            )
-        if self._condition is Condition.GROSS_SLIP:
-            return (
-                f"{self._name}: gross slip, {estimate.slip.value:.0%} of the driver's travel is "
-                f"lost. Stop or unload the drive, then check tension and contamination ({known})."
-            )
-        if self._condition is Condition.EXCESS_SLIP:
-            return (
-                f"{self._name}: {estimate.excess_slip.value:.1%} slip beyond the expected creep. "
-                f"Reduce load; check tension and pulley surfaces ({known})."
-            )
-        if self._condition is Condition.LOW_MARGIN:
-            return (
-                f"{self._name}: {estimate.margin.value:.0%} margin left. "
-                f"Reduce load or re-tension ({known})."
-            )
-        return f"{self._name}: no alarm condition ({known})."
+    def _tension(self, estimate: BeltEstimate) -> Tension:
+        held = estimate.slack_tension if self._slack_held else estimate.mean_tension
+        return Tension(held, self.installed)
+
+    def _message(self, alarm: ConditionAlarm, estimate: BeltEstimate) -> str:
+        if not alarm.active:
+            return over(self._name, alarm.condition)
+        if not alarm.holds:
+            return recovering(self._name, alarm.condition, estimate)
+        detail = ""
+        if alarm is self._stale:
+            detail = self._what_is_missing()
+        elif alarm is self._implausible:
+            detail = self.watch.reason(self._settings)
+        return sentence(self._name, alarm.condition, estimate, self._tension(estimate), detail)
+
+    def _what_is_missing(self) -> str:
+        if self._stale.severity is Severity.ALARM:
+            return f"no usable measurement for {self._silence:.1f} s: check sensors and network"
+        missing = " and ".join(
+            sensor.name.lower().replace("_", " ") for sensor in self._channels.absent(self._gap)
+        )
+        return f"{missing} no longer measured: check the sensor and its wiring"
+
+
+def _either(*, met: bool) -> Evidence:
+    return Evidence.MET if met else Evidence.GONE

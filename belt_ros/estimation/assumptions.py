@@ -203,6 +203,13 @@ class SensorLimits:
     greatest_gap: float = setting(
         1.0, "longest gap between samples that is bridged rather than restarted", "s", 1e-3, 1e4
     )
+    pool_period: float = setting(
+        0.004,
+        "measurements that come faster than this are averaged over it; 0: each is taken in",
+        "s",
+        0.0,
+        1.0,
+    )
     standstill_speed: float = setting(
         0.02, "rim speed below which the drive counts as standing", "m/s", 1e-9, 1e3
     )

@@ -48,6 +48,7 @@ class Quantity(NamedTuple):
         return self.value - sigmas * self.stddev, self.value + sigmas * self.stddev
 
 
+_FARTHEST = 230.0  # logarithm of 1e100
 UNKNOWN = Quantity(math.nan, math.nan)
 
 
@@ -88,9 +89,12 @@ def probability_below(quantity: Quantity, limit: float) -> float:
 
 
 def lognormal_quantity(log_mean: float, log_stddev: float) -> Quantity:
-    """Median and standard deviation of a log-normal, from those of its logarithm."""
-    variance = min(log_stddev**2, 100.0)
-    median = math.exp(log_mean)
+    """Median and standard deviation of a log-normal, from those of its logarithm.
+
+    Always finite: beyond `_FARTHEST` and ten standard deviations there is nothing to be told.
+    """
+    variance = min(log_stddev, 10.0) ** 2
+    median = math.exp(min(max(log_mean, -_FARTHEST), _FARTHEST))
     return Quantity(median, median * math.exp(0.5 * variance) * math.sqrt(math.expm1(variance)))
 
 

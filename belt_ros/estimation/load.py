@@ -7,6 +7,9 @@ change would be blamed on the belt. So each signal that a load moves, both torqu
 followed by scalar Kalman filters that take it for random walks of several paces, weighed by how
 well each foretells the sensor, quiet ones being likelier to begin with; a jump that none of them
 foretells starts them anew.
+
+Signals need not come at once, nor equally often. While one is missing, what is known of it stays,
+and time passes for it; only after a while it is forgotten.
 """
 
 import math
@@ -24,6 +27,8 @@ _WITHOUT_SPEED = 0.1  # pace
 _TELLING = 0.03  # pace of the slip above which the load must be what moves it
 _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
+_FORGOTTEN = 0.5  # [s] without a reading
+_UNHEARD = 0.06  # [s] without a slip, after which the load may have begun to move unseen
 
 
 @compiled
@@ -50,6 +55,14 @@ def _mix(mean: _Floats, variance: _Floats, weight: _Floats, dt: float) -> None:
 
 
 @compiled
+def _pace(weight: _Floats) -> float:
+    log_pace = 0.0
+    for j in range(_PACES.size):
+        log_pace += weight[j] * math.log(_PACES[j])
+    return math.exp(log_pace)
+
+
+@compiled
 def _followed(
     mean: _Floats,
     variance: _Floats,
@@ -58,12 +71,16 @@ def _followed(
     r: float,
     fastest: float,
     anyway: float,
+    since: float,
     dt: float,
 ) -> float:
-    """Take in one reading; return the pace that it speaks for, or that of the jump that it is."""
+    """Take in one reading, `since` after the one before.
+
+    Return the pace that it speaks for, or that at which `dt` would make the jump that it is.
+    """
     least = math.inf
     for j in range(_PACES.size):
-        variance[j] += ((_PACES[j] * fastest) ** 2 + anyway**2) * dt
+        variance[j] += ((_PACES[j] * fastest) ** 2 + anyway**2) * since
         least = min(least, (z - mean[j]) ** 2 / (variance[j] + r))
     if least > _JUMP:
         jump: float = abs(z - mean[0]) / (fastest * math.sqrt(dt))
@@ -77,11 +94,8 @@ def _followed(
         mean[j] += gain * (z - mean[j])
         variance[j] *= 1.0 - gain
     weight /= np.sum(weight)
-    _mix(mean, variance, weight, dt)
-    log_pace = 0.0
-    for j in range(_PACES.size):
-        log_pace += weight[j] * math.log(_PACES[j])
-    return math.exp(log_pace)
+    _mix(mean, variance, weight, since)
+    return _pace(weight)
 
 
 @compiled
@@ -89,6 +103,7 @@ def _follow(
     mean: _Floats,
     variance: _Floats,
     weight: _Floats,
+    since: _Floats,
     signals: _Floats,
     noise: _Floats,
     fastest: _Floats,
@@ -99,16 +114,28 @@ def _follow(
     pace = np.empty(signals.size)
     for i in range(signals.size):
         z = signals[i]
+        since[i] += dt
         if math.isnan(z):
-            mean[i] = math.nan
-            pace[i] = math.nan
-        elif math.isnan(mean[i, 0]):
+            if since[i] > _FORGOTTEN:
+                mean[i] = math.nan
+            pace[i] = math.nan if math.isnan(mean[i, 0]) else _pace(weight[i])
+            continue
+        if math.isnan(mean[i, 0]):
             _began(mean[i], variance[i], weight[i], z, noise[i])
             pace[i] = 1.0
         else:
             pace[i] = _followed(
-                mean[i], variance[i], weight[i], z, noise[i], fastest[i], anyway[i], dt
+                mean[i],
+                variance[i],
+                weight[i],
+                z,
+                noise[i],
+                fastest[i],
+                anyway[i],
+                since[i],
+                dt,
             )
+        since[i] = 0.0
     if math.isnan(pace[0]):
         pace[0] = pace[1]
     if math.isnan(pace[1]):
@@ -117,6 +144,8 @@ def _follow(
         return np.ones(2)
     # Without a speed, nothing would tell that it moves but the torques themselves.
     moved = _WITHOUT_SPEED if math.isnan(pace[2]) else min(pace[2], 1.0)
+    if since[2] > _UNHEARD:
+        moved = max(moved, _WITHOUT_SPEED)
     return np.maximum(pace[:2], moved if moved > _TELLING else 0.0)
 
 
@@ -127,10 +156,12 @@ class LoadWander:
         self._mean = np.full((3, _PACES.size), math.nan)
         self._variance = np.zeros((3, _PACES.size))
         self._weight = np.zeros((3, _PACES.size))
+        self._since = np.zeros(3)  # the last reading of each [s]
 
     def start(self) -> None:
         """Forget all signals, as before the first reading."""
         self._mean[:] = math.nan
+        self._since[:] = 0.0
 
     def follow(
         self, signals: _Floats, noise: _Floats, fastest: _Floats, anyway: _Floats, dt: float
@@ -141,7 +172,7 @@ class LoadWander:
         ----------
         signals : ndarray
             Torque on the driver and on the driven pulley [N m], difference of the rim speeds [m/s];
-            NaN where a torque is not measured.
+            NaN where there is no reading.
         noise : ndarray
             Their variances.
         fastest : ndarray
@@ -154,9 +185,19 @@ class LoadWander:
         -------
         ndarray
             Wander of both torques during the step (2,), relative to the greatest; above one in a
-            jump. A torque without a reading is taken to wander like the other; one without the
-            other, at the greatest.
+            jump. A torque that has had no reading for half a second is taken to wander like the
+            other; neither, at the greatest.
         """
         return np.asarray(
-            _follow(self._mean, self._variance, self._weight, signals, noise, fastest, anyway, dt)
+            _follow(
+                self._mean,
+                self._variance,
+                self._weight,
+                self._since,
+                signals,
+                noise,
+                fastest,
+                anyway,
+                dt,
+            )
         )

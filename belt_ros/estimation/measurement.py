@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
@@ -64,6 +64,10 @@ class Measurement:
         Effective tension w = T - m v^2 [N] of the span that leaves the driven pulley in positive
         rotation, tight where the driver pulls it forward; what a roller that bends the span carries
         (see `load_sensors`).
+    samples : tuple of float
+        Of how many samples each value is the mean, in the order of `Sensor`; empty: of one.
+    pooled : int
+        How many measurements this one stands for, see `pooling`.
     """
 
     stamp_ns: int
@@ -76,6 +80,8 @@ class Measurement:
     driver_hub_load: float = math.nan
     driven_hub_load: float = math.nan
     span_tension: float = math.nan
+    samples: tuple[float, ...] = field(default=(), kw_only=True)
+    pooled: int = field(default=1, kw_only=True)
 
     @property
     def speeds(self) -> tuple[float, float]:
@@ -153,12 +159,12 @@ def unwrapped(previous: float, present: float, expected_increment: float, turn: 
 def check_measurement(measurement: Measurement, limits: SensorLimits) -> Rejection:
     """Return why `measurement` cannot be used by itself, or `Rejection.NONE`.
 
-    A speed must be there; whatever else is NaN was not measured.
+    Something must be there; whatever is NaN was not measured.
     """
     m = measurement
     if any(map(math.isinf, m.speeds + m.torques + m.positions + m.loads)):
         return Rejection.NOT_FINITE
-    if all(map(math.isnan, m.speeds)):
+    if all(map(math.isnan, m.speeds + m.torques + m.positions + m.loads)):
         return Rejection.NOT_FINITE
     limited = (
         (m.speeds, limits.greatest_speed),

@@ -26,6 +26,7 @@ from belt_ros.estimation.assumptions import Drift
 from belt_ros.estimation.condensing import MEMBERS, condensed, renewed
 from belt_ros.estimation.fingerprint import Fingerprint, fingerprint
 from belt_ros.estimation.gaussian_sum import Component, normalised
+from belt_ros.estimation.process import STANDING
 from belt_ros.estimation.state import Index
 from belt_ros.mechanics.drive import BeltDrive
 
@@ -33,7 +34,6 @@ _Floats = NDArray[np.float64]
 REMEMBERED = (Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION, Index.RATIO_BIAS)
 _TENSION = REMEMBERED.index(Index.LOG_TENSION)
 _BEND = (_TENSION, REMEMBERED.index(Index.LOG_STIFFNESS))  # where members must stay apart
-STANDING = 1e-3  # ageing of a drive that stands, relative to one that runs
 _YEAR = 365.25 * 86400.0  # [s]
 _RATIO_BIAS_TIME = _YEAR  # in which a ratio bias is forgotten
 _OLD = 10.0 * _YEAR
@@ -146,15 +146,14 @@ def learned_from(
         If that is nothing worth remembering, such as numbers that are not finite.
     """
     places = np.ix_(REMEMBERED, REMEMBERED)
-    members = condensed(
-        [
-            Component(c.log_weight, c.mean[list(REMEMBERED)], c.covariance[places])
-            for c in components
-        ],
-        _BEND,
-    )
-    if not members:
-        raise MemoryRefusedError("no member of the filter has a weight")
+    sane = [
+        Component(c.log_weight, c.mean[list(REMEMBERED)], _proper(c.covariance[places]))
+        for c in components
+        if _is_sane(c)
+    ]
+    if not sane:
+        raise MemoryRefusedError("no member of the filter is within reason")
+    members = condensed(sane, _BEND)
     return Learned(
         name,
         date,
@@ -163,6 +162,31 @@ def learned_from(
         np.stack([member.mean for member in members]),
         np.stack([member.covariance for member in members]),
     )
+
+
+def _is_sane(component: Component) -> bool:
+    """Whether what a member says of the belt is within what a memory may hold."""
+    at = list(REMEMBERED)
+    variances = np.diagonal(component.covariance)[at]
+    near = np.all(np.abs(component.mean[at]) <= _FARTHEST)
+    return bool(near and np.all(variances <= _GREATEST_VARIANCE)) and math.isfinite(
+        component.log_weight
+    )
+
+
+def _proper(covariance: _Floats) -> _Floats:
+    """Return a covariance with what rounding has taken from it, where quantities are as certain."""
+    variances = np.maximum(np.diagonal(covariance), 2.0 * _LEAST_VARIANCE)
+    deviations = np.sqrt(variances)
+    scale = np.outer(deviations, deviations)
+    values, vectors = np.linalg.eigh(0.5 * (covariance + covariance.T) / scale)
+    if values[0] >= 0.0 and np.array_equal(variances, np.diagonal(covariance)):
+        return covariance
+    correlations = (vectors * np.maximum(values, _ROUNDING)) @ vectors.T
+    widths = np.sqrt(np.diagonal(correlations))
+    correlations /= np.outer(widths, widths)
+    np.fill_diagonal(correlations, 1.0)
+    return np.asarray(correlations * scale)
 
 
 class Forgetting(NamedTuple):

@@ -40,8 +40,8 @@ def save(learned: Learned, path: Path) -> None:
     MemoryFileError
         If that is not possible; a previous file is then still there.
     """
-    temporary = path.with_name(f".{path.name[:64]}.{secrets.token_hex(4)}")
     try:
+        temporary = path.with_name(f".{path.name[:64]}.{secrets.token_hex(4)}")
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with temporary.open("xb") as file:

@@ -30,6 +30,10 @@ _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
+STANDING = 1e-3  # wear of a belt that stands, relative to one that runs
+_RUNNING_ON = 10.0  # [s] of a pause for which the drive is taken to have run on
+_WORN = [Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION]
+_BELT = slice(Index.LOG_TENSION, Index.TRAVEL)
 CreepChange = tuple[float, float, float]  # what `UndevelopedCreep.advance` returns
 
 
@@ -204,3 +208,34 @@ def drift_processes(
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt
     return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)
+
+
+def wear(pause: float) -> float:
+    """Return after how long a run [s] a belt is what it is after a pause of the data [s].
+
+    Data pause because messages are lost, for seconds, or because the drive has been switched off; a
+    belt that stands is not worn, heated or shaken, and ages as its memory in a file does.
+    """
+    return min(pause, _RUNNING_ON) + STANDING * max(pause - _RUNNING_ON, 0.0)
+
+
+def gap_processes(
+    wander: Wander, c: DriveConstants, prior_stddev: _Floats, gap: float, worn: float
+) -> tuple[Process, Process]:
+    """Return what a gap of `gap` [s] in the data does: traction is settled, it is changing.
+
+    What the belt is ages as in a run of `worn` [s]; the model's error is another one with time. All
+    that moves begins anew at its prior, (12,) `prior_stddev` wide.
+    """
+    moving = np.ones(STATES, dtype=np.bool_)
+    moving[_BELT] = False
+    undeveloped = 1.0, float(prior_stddev[UNDEVELOPED]), 0.0
+    if worn != gap:
+        forgetting = wander.forgetting.copy()
+        forgetting[:, _WORN] *= worn / gap
+        wander = wander._replace(forgetting=forgetting)
+    processes = drift_processes(wander, c, np.ones(2), undeveloped, gap)
+    for process in processes:
+        process.memory[moving] = 0.0
+        process.variance_before[moving] = prior_stddev[moving] ** 2
+    return processes

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import SensorNoise
-from belt_ros.estimation.measurement import Measurement, Sensor, sensor_variances, unwrapped
+from belt_ros.estimation.measurement import Measurement, Sensor, sensor_variances
 from belt_ros.estimation.state import Index
+from belt_ros.estimation.travel import Travel
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
@@ -24,10 +25,10 @@ _PLACES = np.array(
     dtype=np.int64,
 )
 _TRAVEL = 4  # place in `_PLACES`, and that of the driver's position among the sensors
+_POSITIONS = slice(Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION + 1)
 _LOADS = slice(Sensor.DRIVER_HUB_LOAD, Sensor.SPAN_TENSION + 1)
 # Load cells err in gain and zero rather than from sample to sample, so not every sample counts.
 _BETWEEN_LOADS = 1.0  # [s]
-_NOWHERE = math.nan, math.nan
 NO_LOADS = np.full(3, math.nan)
 
 
@@ -35,12 +36,17 @@ class Sensed(NamedTuple):
     """One measurement: every sensor, NaN where there is none, and what is there of the states."""
 
     values: _Floats  # (9,) in the order of `Sensor`
-    variances: _Floats  # (9,)
+    variances: _Floats  # (9,); of positions, also where there is none
     z: _Floats  # (m,)
     variance: _Floats  # (m,)
     places: NDArray[np.int64]  # (m,) in the state
     loads: _Floats  # (3,) hub loads and span tension, NaN where none is to be taken in [N]
     load_variances: _Floats  # (3,)
+
+    def part(self, begin: int, end: int | None) -> "Sensed":
+        """Return this with only some of the readings of states."""
+        some = slice(begin, end)
+        return self._replace(z=self.z[some], variance=self.variance[some], places=self.places[some])
 
 
 @compiled
@@ -61,7 +67,7 @@ def _there(
 class Sensing:
     """Turn measurements into readings of the state.
 
-    Keeps the angles that encoders wrap, and when loads were last taken in.
+    Counts the travel, and keeps when loads were last taken in.
 
     Parameters
     ----------
@@ -75,7 +81,7 @@ class Sensing:
         self, constants: DriveConstants, noise: SensorNoise, turns: tuple[float, float]
     ) -> None:
         self._constants = constants
-        self._turns = turns
+        self._travel = Travel(constants, turns)
         self.retune(noise)
         self.start()
 
@@ -85,7 +91,7 @@ class Sensing:
 
     def start(self) -> None:
         """Begin anew: angles count from the next reading on, loads are taken in at once."""
-        self._angles = self._first = self._speeds = _NOWHERE
+        self._travel.start()
         self._since_loads = math.inf
 
     def ask_for_loads(self) -> None:
@@ -94,18 +100,21 @@ class Sensing:
 
     def lose_travel(self) -> None:
         """Count angles anew from the next reading on."""
-        self._angles = _NOWHERE
+        self._travel.start()
 
     @property
     def counts_travel(self) -> bool:
         """Whether the angles of both pulleys are known since an earlier measurement."""
-        return not math.isnan(self._angles[0])
+        return self._travel.counts
 
     def sense(self, measurement: Measurement, dt: float) -> Sensed:
         """Return what was sensed `dt` [s] after the measurement before."""
         values = measurement.values()
         variances = sensor_variances(values, self._noise)
-        travel = self._travel(measurement, dt)
+        if measurement.samples:
+            variances /= measurement.samples
+        variances[_POSITIONS] = self._noise[1, _POSITIONS]  # also of one that came a little before
+        travel = self._travel.ahead(measurement.speeds, measurement.positions, dt)
         self._since_loads += dt
         loads = NO_LOADS
         if self._since_loads >= _BETWEEN_LOADS and not all(map(math.isnan, measurement.loads)):
@@ -118,23 +127,3 @@ class Sensing:
             loads,
             variances[_LOADS],
         )
-
-    def _travel(self, measurement: Measurement, dt: float) -> float:
-        """Rim travel that the driver is ahead since angles are counted [m]; NaN without both."""
-        speeds, now = measurement.speeds, measurement.positions
-        before, speeds_before = self._angles, self._speeds
-        self._speeds = speeds
-        if math.isnan(sum(speeds) + sum(now)):
-            self._angles = _NOWHERE
-            return math.nan
-        if not self.counts_travel:
-            self._angles = self._first = now
-            return math.nan
-        turned = [
-            unwrapped(before[i], now[i], 0.5 * dt * (speeds_before[i] + speeds[i]), self._turns[i])
-            for i in range(2)
-        ]
-        self._angles = turned[0], turned[1]
-        c = self._constants
-        driver = c.driver_radius * (turned[0] - self._first[0])
-        return driver - c.driven_radius * (turned[1] - self._first[1])

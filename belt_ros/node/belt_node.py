@@ -1,14 +1,11 @@
-"""The lifecycle node: entities, transitions and gates around a `Pipeline`."""
+"""The lifecycle node: parameters, transitions and time around its drives."""
 
 import functools
-import math
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any
 
-import numpy as np
-from belt_msgs.msg import BeltState, SlipAlarm
 from belt_msgs.srv import RecordMaintenance
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
@@ -17,29 +14,26 @@ from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import JointState
-from std_srvs.srv import Trigger
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from belt_ros.estimation import Rejection, Severity
-from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node import services
-from belt_ros.node.diagnostics import REJECTION_ADVICE, memory_status
-from belt_ros.node.memory import Memory
+from belt_ros.node.drive_unit import DriveUnit
+from belt_ros.node.node_status import node_status
 from belt_ros.node.parameters import (
-    NodeSettings,
     check_changes,
     declare_parameters,
     foreign_parameters,
-    read_drive_settings,
+    given_names,
+    read_descriptions,
     read_node_settings,
 )
-from belt_ros.node.pipeline import Pipeline, warm_up
-from belt_ros.settings import PARAMETERS, SettingsError
+from belt_ros.node.pipeline import warm_up
+from belt_ros.node.topic_hub import TopicHub
+from belt_ros.parameter_table import SettingsError
 
 _REMINDER_PERIOD = 10.0  # [s]
-_REJECTION_LOG_PERIOD = 10.0  # [s] for each reason
-_STATE_DEPTH = 100
+_WATCH_PERIOD = 0.1  # [s]
 _Transition = Callable[["BeltNode", LifecycleState], TransitionCallbackReturn]
 
 
@@ -58,10 +52,15 @@ def _reported(transition: _Transition) -> _Transition:
 
 
 class BeltNode(LifecycleNode):
-    """Estimate the state of one belt drive from its joint states.
+    """Estimate the states of belt drives from their speeds and torques.
 
     Topics, services and parameters are listed in README.md. Keyword arguments are those of
     `rclpy.lifecycle.LifecycleNode`.
+
+    Attributes
+    ----------
+    units : list of DriveUnit
+        One for each drive.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -72,14 +71,17 @@ class BeltNode(LifecycleNode):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._apply_parameters)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._pipeline: Pipeline | None = None
-        self._memory: Memory | None = None
         self._made_by_configure = ExitStack()
-        self._active = False
+        self._configured = self._active = False
         self._unconfigured_because = "nobody has configured it"
-        self._rejections_logged: dict[Rejection, float] = {}
         self._reminder = self.create_timer(_REMINDER_PERIOD, self._remind, clock=self._steady)
-        self._offer_services()
+        self.units = [
+            DriveUnit(self, name, self._steady, self._publish_rows) for name in self._names()
+        ]
+        if len(self.units) > 1:
+            self.create_service(
+                RecordMaintenance, "~/record_maintenance", self._on_record_maintenance
+            )
         self._jump_handle = self.get_clock().create_jump_callback(
             JumpThreshold(
                 min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=False
@@ -89,33 +91,11 @@ class BeltNode(LifecycleNode):
         if self.get_parameter("autostart").value is True:
             self._autostart()
 
-    def _offer_services(self) -> None:
-        def offer(kind: type, name: str, answer: Callable[[Any], services.Answer]) -> None:
-            def respond(request: Any, response: Any) -> Any:
-                response.success, response.message = answer(request)
-                if response.success:
-                    self.get_logger().info(response.message)
-                return response
-
-            self.create_service(kind, name, respond)
-
-        offer(Trigger, "~/reset", lambda _: services.reset(self._running, self._memory))
-        offer(
-            Trigger,
-            "~/acknowledge",
-            lambda _: services.acknowledge(self._running, self._publish_alarm),
-        )
-        offer(Trigger, "~/calibrate", lambda _: services.calibrate(self._running))
-        offer(
-            RecordMaintenance,
-            "~/record_maintenance",
-            lambda request: services.record_maintenance(self._pipeline, self._memory, request),
-        )
-
-    @property
-    def _running(self) -> Pipeline | None:
-        """The pipeline, while it is to be used."""
-        return self._pipeline if self._active else None
+    def _names(self) -> tuple[str, ...]:
+        try:
+            return given_names(self) or ("",)
+        except SettingsError:
+            return ()  # which fails, with the reason, when the node is configured
 
     def _autostart(self) -> None:
         if self.trigger_configure() is TransitionCallbackReturn.SUCCESS:
@@ -125,83 +105,63 @@ class BeltNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Read the parameters and make ready; fail, and say why, if they cannot be used."""
         try:
-            foreign = foreign_parameters(self)
-            settings = read_drive_settings(self)
-            node_settings = read_node_settings(self)
+            seconds = self._configure()
         except SettingsError as error:
-            self._unconfigured_because = str(error)
+            self._release(str(error))
             self.get_logger().error(f"cannot be configured: {error}")
             return TransitionCallbackReturn.FAILURE
-        if foreign:
-            self.get_logger().warning(f"not parameters of this node: {', '.join(foreign)}")
-        seconds = warm_up(settings)  # first: who waits for a subscriber waits for one that listens
-        self._make_publishers()
-        self._make_inputs(node_settings)
-        self._pipeline = Pipeline(self.get_name(), self._subscription.topic_name, settings)
-        self._open_memory(self._pipeline, node_settings)
+        self._configured = True
+        names = ", ".join(unit.drive_name for unit in self.units)
         self.get_logger().info(
-            f"{settings.name}: configured, kernels compiled or loaded in {seconds:.2f} s"
+            f"{names}: configured, kernels compiled or loaded in {seconds:.2f} s"
         )
         return super().on_configure(state)
 
-    def _make_publishers(self) -> None:
-        self._state_publisher = self.create_lifecycle_publisher(
-            BeltState, "~/state", QoSProfile(depth=_STATE_DEPTH)
+    def _configure(self) -> float:
+        """Make ready; return the seconds that compiling took."""
+        given_names(self)
+        foreign = foreign_parameters(self)
+        descriptions = read_descriptions(self)
+        settings = read_node_settings(self)
+        if foreign:
+            self.get_logger().warning(f"not parameters of this node: {', '.join(foreign)}")
+        # First: who waits for a subscriber waits for one that listens.
+        seconds = warm_up(descriptions[0].drive)
+        hub = TopicHub(
+            self, settings.input_reliability, settings.input_depth, self._made_by_configure
         )
-        self._alarm_publisher = self.create_lifecycle_publisher(
-            SlipAlarm, "~/alarm", QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        )
+        for unit, description in zip(self.units, descriptions, strict=True):
+            unit.configure(description, settings.memory_period, hub, self._made_by_configure)
+        self._make_diagnostics(settings.diagnostics_period)
+        return seconds
+
+    def _make_diagnostics(self, period: float) -> None:
+        made = self._made_by_configure
         self._diagnostics_publisher = self.create_lifecycle_publisher(
-            DiagnosticArray, "/diagnostics", QoSProfile(depth=10)
+            DiagnosticArray,
+            "/diagnostics",
+            QoSProfile(depth=10),
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
-        for publisher in (
-            self._state_publisher,
-            self._alarm_publisher,
-            self._diagnostics_publisher,
-        ):
-            self._made_by_configure.callback(self.destroy_lifecycle_publisher, publisher)
-
-    def _make_inputs(self, settings: NodeSettings) -> None:
-        quality = QoSProfile(
-            depth=settings.input_depth,
-            reliability=ReliabilityPolicy[settings.input_reliability.upper()],
-        )
-        self._subscription = self.create_subscription(
-            JointState, "joint_states", self._on_joint_state, quality
-        )
-        self._made_by_configure.callback(self.destroy_subscription, self._subscription)
-        timer = self.create_timer(
-            settings.diagnostics_period, self._publish_diagnostics, clock=self._steady
-        )
-        self._made_by_configure.callback(self.destroy_timer, timer)
-
-    def _open_memory(self, pipeline: Pipeline, settings: NodeSettings) -> None:
-        if settings.memory_file is None:
-            return
-        logger = self.get_logger()
-        self._memory = Memory(settings.memory_file, pipeline, logger.warning)
-        restored = self._memory.restore()
-        if restored:
-            logger.info(restored)
-        timer = self.create_timer(settings.memory_period, self._memory.save, clock=self._steady)
-        self._made_by_configure.callback(self.destroy_timer, timer)
+        made.callback(self.destroy_lifecycle_publisher, self._diagnostics_publisher)
+        for seconds, act in ((period, self._publish_diagnostics), (_WATCH_PERIOD, self._watch)):
+            made.callback(self.destroy_timer, self.create_timer(seconds, act, clock=self._steady))
 
     @_reported
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Begin to estimate and publish."""
         result = super().on_activate(state)
-        if self._pipeline is not None:
-            self._pipeline.begin()
-            self._active = True
-        self.get_logger().info(f"active, listening on {self._subscription.topic_name}")
+        listening = dict.fromkeys(unit.activate() for unit in self.units)
+        self._active = True
+        self.get_logger().info(f"active, listening on {', '.join(listening)}")
         return result
 
     @_reported
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Estimate and publish nothing; what has been learned is kept."""
         self._active = False
-        if self._memory is not None:
-            self._memory.finish()
+        for unit in self.units:
+            unit.deactivate()
         return super().on_deactivate(state)
 
     @_reported
@@ -225,100 +185,64 @@ class BeltNode(LifecycleNode):
 
     def destroy_node(self) -> None:
         """Keep what has been learned, and destroy the node."""
-        self._close_memory()
+        for unit in self.units:
+            unit.release()
         super().destroy_node()
 
-    def _close_memory(self) -> None:
-        if self._memory is not None:
-            self._memory.close()
-            self._memory = None
-
     def _release(self, why: str) -> None:
-        self._active = False
-        self._close_memory()
-        self._pipeline = None
+        self._configured = self._active = False
+        for unit in self.units:
+            unit.release()
         self._unconfigured_because = why
         self._made_by_configure.close()
 
     def _remind(self) -> None:
-        if self._pipeline is None:
+        if not self._configured:
             self.get_logger().warning(
                 f"unconfigured, estimating nothing: {self._unconfigured_because}"
             )
 
     def _check_parameters(self, changes: Sequence[RosParameter[Any]]) -> SetParametersResult:
-        return check_changes(self, changes, configured=self._pipeline is not None)
+        return check_changes(self, changes, configured=self._configured)
 
     def _apply_parameters(self, changes: Sequence[RosParameter[Any]]) -> None:
-        if self._pipeline is not None and any(change.name in PARAMETERS for change in changes):
-            self._pipeline.retune(read_drive_settings(self))
+        del changes
+        if self._configured:
+            for unit, description in zip(self.units, read_descriptions(self), strict=True):
+                unit.retune(description.drive)
 
-    def _on_joint_state(self, message: JointState) -> None:
-        pipeline = self._running
-        if pipeline is None:
-            return
-        try:
-            outcome = pipeline.take(message, self.get_clock().now().nanoseconds)
-        except (ArithmeticError, np.linalg.LinAlgError) as error:
-            self.get_logger().error(f"estimation failed, starting anew at the priors: {error}")
-            pipeline.reset()
-            return
-        if outcome.state is None:
-            self._log_rejection(outcome.reason)
-            return
-        self._state_publisher.publish(outcome.state)
-        if outcome.alarm is not None:
-            self._publish_alarm(outcome.alarm)
-            self._log_alarm(outcome.alarm)
-        if outcome.worsened:
-            self._publish_rows(pipeline.drive_status())
-        if outcome.calibration is not None:
-            self._tell_calibration(pipeline, outcome.calibration)
-
-    def _publish_alarm(self, alarm: SlipAlarm) -> None:
-        self._alarm_publisher.publish(alarm)
-
-    def _tell_calibration(self, pipeline: Pipeline, result: CalibrationResult) -> None:
-        if result.ratio_bias is None:
-            self.get_logger().warning(result.message)
-        else:
-            self.get_logger().info(result.message)
-        self._publish_rows(pipeline.calibration_status())
-
-    def _log_rejection(self, reason: Rejection) -> None:
-        now = self._steady.now().nanoseconds * 1e-9
-        if now - self._rejections_logged.get(reason, -math.inf) >= _REJECTION_LOG_PERIOD:
-            self._rejections_logged[reason] = now
-            self.get_logger().warning(
-                f"measurement rejected, {reason.name.lower()}: {REJECTION_ADVICE[reason]}"
-            )
-
-    def _log_alarm(self, alarm: SlipAlarm) -> None:
-        if alarm.severity >= Severity.ALARM:
-            self.get_logger().error(alarm.message)
-        elif alarm.severity == Severity.WARNING:
-            self.get_logger().warning(alarm.message)
-        else:
-            self.get_logger().info(alarm.message)
+    def _watch(self) -> None:
+        for unit in self.units:
+            unit.watch()
 
     def _publish_diagnostics(self) -> None:
-        pipeline = self._running
-        if pipeline is None:
+        if not self._active:
             return
-        kept = None
-        if self._memory is not None:
-            kept = memory_status(self.get_name(), pipeline.drive_name, self._memory.report())
-        self._publish_rows(
-            pipeline.drive_status(), pipeline.input_status(), kept, pipeline.calibration_status()
-        )
+        rows: list[DiagnosticStatus | None] = []
+        reports = []
+        for unit in self.units:
+            unit_rows, report = unit.diagnostics()
+            rows += unit_rows
+            if report is not None:
+                reports.append(report)
+        self._publish_rows(node_status(self.get_name(), reports), *rows)
 
     def _publish_rows(self, *rows: DiagnosticStatus | None) -> None:
         message = DiagnosticArray(status=[row for row in rows if row is not None])
         message.header.stamp = self.get_clock().now().to_msg()
         self._diagnostics_publisher.publish(message)
 
+    def _on_record_maintenance(
+        self, request: RecordMaintenance.Request, response: RecordMaintenance.Response
+    ) -> RecordMaintenance.Response:
+        response.success, response.message = services.record_for_one(self.units, request)
+        return response
+
     def _on_jump(self, jump: TimeJump) -> None:
         del jump
         now_ns = self.get_clock().now().nanoseconds
-        if self._pipeline is not None and self._pipeline.reset_after_jump(now_ns):
-            self.get_logger().warning("ROS time went back: starting anew, as this run began")
+        reset = [unit.drive_name for unit in self.units if unit.reset_after_jump(now_ns)]
+        if reset:
+            self.get_logger().warning(
+                f"ROS time went back: starting anew, as this run began, {', '.join(reset)}"
+            )

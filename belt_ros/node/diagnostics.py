@@ -13,11 +13,11 @@ from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.estimation.fit import worst_sensor
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.memory import MemoryReport, span
+from belt_ros.node.source_meter import SKEW_LIMIT, clock_skew, clock_trouble
 
 REJECTION_ADVICE: dict[Rejection, str] = {
     Rejection.NONE: "accepted",
-    Rejection.NOT_FINITE: "both speeds are NaN, or a value is infinite: check the sensor and its "
-    "driver",
+    Rejection.NOT_FINITE: "all values are NaN, or one is infinite: check the sensor and its driver",
     Rejection.OUT_OF_RANGE: "a speed or torque is beyond limits.*: check the sensor and its units",
     Rejection.STALE: "older than allowed: check the clocks of sender and receiver",
     Rejection.OUT_OF_ORDER: "the stamp does not follow the one before: check that the sender "
@@ -62,7 +62,7 @@ def drive_status(
     """
     level, message = _judge_drive(estimate, alarm, unused, greatest_gap)
     values = {} if estimate is None else _drive_values(estimate, alarm)
-    return _status(f"{node_name}: {drive_name}", drive_name, level, message, values)
+    return status_row(f"{node_name}: {drive_name}", drive_name, level, message, values)
 
 
 def _judge_drive(
@@ -129,12 +129,13 @@ def input_status(
     report: InputReport,
     health: Health,
     greatest_gap: float,
+    skew_limit: float = SKEW_LIMIT,
 ) -> DiagnosticStatus:
-    """Return the row of the node: what arrives on `topic`, and what becomes of it.
+    """Return the row of a drive's input: what arrives on `topic`, and what becomes of it.
 
     Counts are since start or reset, rates and times of the period that `report` is about.
     """
-    level, message = _judge_input(topic, report, health, greatest_gap)
+    level, message = _judge_input(topic, report, health, greatest_gap, skew_limit)
     values: dict[str, float] = {
         "input rate [Hz]": report.rate,
         "latency mean [ms]": 1e3 * report.latency_mean,
@@ -145,16 +146,21 @@ def input_status(
         "resets": health.resets,
         "rejected": sum(health.rejections),
     }
+    skew = clock_skew(report.sources)
+    if skew is not None:
+        values["clock skew [ms]"] = 1e3 * skew.seconds
+    for source in report.sources if len(report.sources) > 1 else ():
+        values[f"rate of {source.topic} [Hz]"] = source.rate
     for reason, count in zip(Rejection, health.rejections, strict=True):
         if reason is not Rejection.NONE:
             values[f"rejected {_words(reason)}"] = count
     for sensor, fit in health.sensor_fits:
         values[f"fit {sensor} mean [-]"] = fit.mean
-    return _status(f"{node_name}: {drive_name} input", drive_name, level, message, values)
+    return status_row(f"{node_name}: {drive_name} input", drive_name, level, message, values)
 
 
 def _judge_input(
-    topic: str, report: InputReport, health: Health, greatest_gap: float
+    topic: str, report: InputReport, health: Health, greatest_gap: float, skew_limit: float
 ) -> tuple[bytes, str]:
     if report.silence > greatest_gap:
         return (
@@ -171,6 +177,9 @@ def _judge_input(
             f"{'all' if every else 'some'} measurements rejected ({_words(reason)}): "
             f"{REJECTION_ADVICE[reason]}",
         )
+    trouble = clock_trouble(report.sources, skew_limit)
+    if trouble:
+        return DiagnosticStatus.WARN, trouble
     return _judge_fit(health)
 
 
@@ -201,7 +210,7 @@ def memory_status(node_name: str, drive_name: str, report: MemoryReport) -> Diag
         since = f"saved {span(report.since_saved)} ago" if saved else "nothing saved yet"
         began = f"what was learned {span(report.restored_age)} before" if restored else "the priors"
         message = f"{since}; the run began with {began}"
-    return _status(f"{node_name}: {drive_name} memory", drive_name, level, message, values)
+    return status_row(f"{node_name}: {drive_name} memory", drive_name, level, message, values)
 
 
 def calibration_status(
@@ -224,16 +233,17 @@ def calibration_status(
                 name, _, unit = key.partition(" [")
                 values[key] = quantity.value
                 values[f"{name} stddev [{unit}"] = quantity.stddev
-    return _status(f"{node_name}: {drive_name} calibration", drive_name, level, message, values)
+    return status_row(f"{node_name}: {drive_name} calibration", drive_name, level, message, values)
 
 
 def _words(reason: Rejection) -> str:
     return reason.name.lower().replace("_", " ")
 
 
-def _status(
+def status_row(
     name: str, hardware_id: str, level: bytes, message: str, values: Mapping[str, float]
 ) -> DiagnosticStatus:
+    """Return a row; units stand in the keys of `values`."""
     return DiagnosticStatus(
         level=level,
         name=name,

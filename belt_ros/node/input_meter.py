@@ -1,9 +1,11 @@
 """What arrives, how late, and how long it takes: counted on a steady clock, reported in periods."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from belt_ros.estimation import Rejection
+from belt_ros.node.source_meter import SourceMeter, SourceReport
 
 
 @dataclass(frozen=True)
@@ -15,7 +17,7 @@ class InputReport:
     period : float
         Its length [s].
     received : int
-        Messages that came, usable or not.
+        Measurements that came, and messages that made none.
     rejected : tuple of int
         By `Rejection`; the place of `Rejection.NONE` counts nothing.
     latency_mean, latency_max : float
@@ -26,6 +28,8 @@ class InputReport:
         Since the last message, or since the node became active [s].
     unused : float
         Since the last message that was accepted, or since the node became active [s].
+    sources : tuple of SourceReport
+        What each topic brought; first those that were named to the meter.
     """
 
     period: float
@@ -37,10 +41,11 @@ class InputReport:
     processing_max: float
     silence: float
     unused: float
+    sources: tuple[SourceReport, ...] = ()
 
     @property
     def rate(self) -> float:
-        """Messages a second [Hz]."""
+        """Measurements a second [Hz]."""
         return self.received / self.period if self.period > 0.0 else 0.0
 
     @property
@@ -56,11 +61,12 @@ class InputReport:
 
 
 class InputMeter:
-    """Counts what arrives. Times are seconds on a steady clock."""
+    """Counts what arrives, and on which of `topics` nothing does. Times are steady seconds."""
 
-    def __init__(self, now: float) -> None:
+    def __init__(self, now: float, topics: Iterable[str] = ()) -> None:
         self._last_received = now
         self._last_accepted = now
+        self._sources = {topic: SourceMeter(topic, now) for topic in topics}
         self._begin(now)
 
     def _begin(self, now: float) -> None:
@@ -70,8 +76,18 @@ class InputMeter:
         self._latency_sum = self._processing_sum = 0.0
         self._latency_max = self._processing_max = -math.inf
 
+    def heard(self, source: str, latency: float, now: float) -> None:
+        """Count a message on a topic as it comes, whatever becomes of it.
+
+        `latency` is that from its stamp to its arrival [s]; NaN where the stamp is no time.
+        """
+        meter = self._sources.get(source)
+        if meter is None:
+            meter = self._sources[source] = SourceMeter(source, self._since)
+        meter.count(latency, now)
+
     def count(self, reason: Rejection, latency: float, began: float, ended: float) -> None:
-        """Count one message, handled from `began` to `ended`."""
+        """Count one measurement, handled from `began` to `ended`."""
         self._received += 1
         self._last_received = began
         if reason is Rejection.NONE:
@@ -101,6 +117,7 @@ class InputMeter:
             processing_max=self._processing_max if came else math.nan,
             silence=now - self._last_received,
             unused=self.unused(now),
+            sources=tuple(meter.report(now) for meter in self._sources.values()),
         )
         self._begin(now)
         return report

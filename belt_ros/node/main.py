@@ -2,8 +2,8 @@
 
 import signal
 import sys
-import threading
 from collections.abc import Sequence
+from types import FrameType
 
 import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
@@ -14,7 +14,7 @@ from belt_ros.node.belt_node import BeltNode
 _LONGEST_WAIT = 0.1  # [s] until a signal is noticed while nothing else happens
 
 
-def _make_executor() -> Executor:
+def make_executor() -> Executor:
     """Return the cheapest executor there is: events cost a third of the CPU of wait sets."""
     try:
         from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415
@@ -23,16 +23,31 @@ def _make_executor() -> Executor:
     return EventsExecutor()
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Run the node until SIGINT or SIGTERM; return the exit code.
+class _Stop:
+    """Set by SIGINT or SIGTERM, however often they come: launch and a shell may both send them.
 
-    The signals only end the loop, however often they come: launch and a shell may both send them.
-    rclpy's own handlers would invalidate the context in the middle of a callback, whose publishing
-    then raises.
+    While the node is made, which may be a minute of compiling, they end the program at once. Later
+    they only leave word: rclpy's own handlers would invalidate the context in the middle of a
+    callback, whose publishing then raises.
     """
-    stopping = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopping.set())
+
+    def __init__(self) -> None:
+        self.requested = False
+        self.making = True
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._request)
+
+    def _request(self, number: int, frame: FrameType | None) -> None:
+        del number, frame
+        if self.making and not self.requested:
+            self.requested = True
+            raise SystemExit(0)
+        self.requested = True
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit code."""
+    stop = _Stop()
     try:
         rclpy.init(
             args=None if args is None else list(args),
@@ -42,10 +57,11 @@ def main(args: Sequence[str] | None = None) -> int:
         sys.stderr.write(f"belt_node: {error}\n")
         return 1
     node = BeltNode()
-    executor = _make_executor()
+    executor = make_executor()
     executor.add_node(node)
+    stop.making = False
     # spin() of EventsExecutor would do nothing but burn CPU.
-    while rclpy.ok() and not stopping.is_set():
+    while rclpy.ok() and not stop.requested:
         executor.spin_once(timeout_sec=_LONGEST_WAIT)
     executor.shutdown()
     node.destroy_node()

@@ -1,9 +1,13 @@
-"""The node's parameters: declared from one table, read and checked through `settings`."""
+"""The node's parameters: declared from one table, read and checked through `settings`.
+
+A node of one drive has that drive's parameters under their own names. A node of several, which
+`drives` lists, has them once for each, as ``<drive>.<parameter>``; what is given without a drive's
+name is the default of all.
+"""
 
 import difflib
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -12,62 +16,21 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from belt_ros.settings import (
-    PARAMETERS,
-    DriveSettings,
-    Parameter,
-    SettingsError,
-    settings_from_parameters,
+from belt_ros.node.parameter_tables import (
+    DRIVE_PARAMETERS,
+    NODE_PARAMETERS,
+    UNIT_PARAMETERS,
+    WHILE_UNCONFIGURED,
+    DriveDescription,
+    InputKind,
+    NodeSettings,
+    UnitSettings,
 )
+from belt_ros.parameter_table import PARAMETERS, Parameter, SettingsError
+from belt_ros.settings import names_of_drives, settings_from_parameters
 
-
-class _Switch(Parameter):
-    """A parameter that is either true or false."""
-
-    def check(self, value: object) -> bool:
-        """Return `value`; raise `SettingsError` if it is no truth value."""
-        if not isinstance(value, bool):
-            raise SettingsError(f"{self.name} is {value!r}; it must be true or false")
-        return value
-
-
-def _node_table() -> Iterator[Parameter]:
-    yield _Switch("autostart", default=True, meaning="configure and activate without being asked")
-    yield Parameter(
-        "input_reliability",
-        "best_effort",
-        "how joint_states is subscribed to; reliable needs a reliable publisher",
-        choices=("best_effort", "reliable"),
-    )
-    yield Parameter("input_depth", 200, "queue of joint_states", "messages", 1, 100_000)
-    yield Parameter("diagnostics_period", 1.0, "between two /diagnostics", "s", 0.05, 60.0)
-    yield Parameter(
-        "memory_file",
-        "",
-        "file in which what was learned of the belt outlives the run, one for each drive; empty: "
-        "none",
-        fixed=False,
-    )
-    yield Parameter("memory_period", 10.0, "between two savings of memory_file", "s", 0.1, 86400.0)
-
-
-NODE_PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _node_table()}
-_ALL = NODE_PARAMETERS | PARAMETERS
-_WHILE_UNCONFIGURED = ("memory_file",)
 _OF_EVERY_NODE = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 _GROUPS = {name.partition(".")[0] for name in PARAMETERS if "." in name}
-
-
-@dataclass(frozen=True)
-class NodeSettings:
-    """What concerns the node rather than the drive. `memory_file` is absolute; None: no memory."""
-
-    autostart: bool
-    input_reliability: str
-    input_depth: int
-    diagnostics_period: float
-    memory_file: Path | None
-    memory_period: float
 
 
 def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDescriptor:
@@ -76,7 +39,7 @@ def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDe
         constraints.append(f"one of {', '.join(parameter.choices)}")
     if parameter.fixed:
         constraints.append("fixed while the node lives")
-    elif parameter.name in _WHILE_UNCONFIGURED:
+    elif parameter.name in WHILE_UNCONFIGURED:
         constraints.append("can be changed only while the node is unconfigured")
     elif parameter.name.startswith("prior."):
         constraints.append("a change takes effect when the node is configured anew")
@@ -94,20 +57,55 @@ def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDe
     return descriptor
 
 
+def given_names(node: Node) -> tuple[str, ...]:
+    """Return the drives' names, none in a node of one drive.
+
+    Raises
+    ------
+    SettingsError
+        If `drives` cannot be used.
+    """
+    return names_of_drives({"drives": node.get_parameter_or("drives").value})
+
+
+def _prefixes(node: Node) -> tuple[str, ...]:
+    """Return what the names of the drives' parameters begin with."""
+    try:
+        names = given_names(node)
+    except SettingsError:
+        names = ()  # which fails, with the reason, when the node is configured
+    return tuple(f"{name}." for name in names) or ("",)
+
+
 def declare_parameters(node: Node) -> None:
     """Declare all parameters on `node`, which has declared those it was given overrides for.
 
     An override outside its range is kept, without the range: it is refused, with the reason, when
     the node is configured. Refused here, it would end the process instead.
     """
-    for parameter in _ALL.values():
-        if not node.has_parameter(parameter.name):
-            node.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
-            continue
+    for parameter in NODE_PARAMETERS.values():
+        _declare(node, parameter.name, parameter, parameter.default)
+    for prefix in _prefixes(node):
+        for parameter in DRIVE_PARAMETERS.values():
+            default = parameter.default
+            if prefix and node.has_parameter(parameter.name):
+                default = node.get_parameter(parameter.name).value
+            if prefix and parameter.name == "name":
+                default = prefix.rstrip(".")
+            _declare(node, prefix + parameter.name, parameter, default)
+
+
+def _declare(node: Node, name: str, parameter: Parameter, default: object) -> None:
+    if not node.has_parameter(name):
         try:
-            node.set_descriptor(parameter.name, _descriptor(parameter))
+            node.declare_parameter(name, default, _descriptor(parameter))
         except InvalidParameterValueException:
-            node.set_descriptor(parameter.name, _descriptor(parameter, with_range=False))
+            node.declare_parameter(name, default, _descriptor(parameter, with_range=False))
+        return
+    try:
+        node.set_descriptor(name, _descriptor(parameter))
+    except InvalidParameterValueException:
+        node.set_descriptor(name, _descriptor(parameter, with_range=False))
 
 
 def foreign_parameters(node: Node) -> list[str]:
@@ -118,33 +116,64 @@ def foreign_parameters(node: Node) -> list[str]:
     SettingsError
         If one of them looks like a misspelt name of its own.
     """
+    prefixes = _prefixes(node)
     foreign = []
     for name in node.get_parameters_by_prefix(""):
-        if name in _ALL or name.startswith(_OF_EVERY_NODE):
+        prefix = next((p for p in prefixes if p and name.startswith(p)), "")
+        local = name.removeprefix(prefix)
+        if local in DRIVE_PARAMETERS or name in NODE_PARAMETERS or name.startswith(_OF_EVERY_NODE):
             continue
-        near = difflib.get_close_matches(name, _ALL, n=1, cutoff=0.8)
-        if near or name.partition(".")[0] in _GROUPS:
-            hint = f"; did you mean {near[0]}?" if near else ""
+        near = difflib.get_close_matches(local, NODE_PARAMETERS | DRIVE_PARAMETERS, n=1, cutoff=0.8)
+        if near or prefix or local.partition(".")[0] in _GROUPS:
+            hint = f"; did you mean {prefix}{near[0]}?" if near else ""
             raise SettingsError(f"unknown parameter {name}{hint}")
         foreign.append(name)
     return foreign
 
 
-def _values(node: Node) -> dict[str, Any]:
-    """Return the drive's parameters that have a value."""
-    values = {name: node.get_parameter(name).value for name in PARAMETERS}
+def _values(node: Node, prefix: str, table: Iterable[str]) -> dict[str, Any]:
+    """Return one drive's parameters that have a value, by their names in `table`."""
+    values = {name: node.get_parameter(prefix + name).value for name in table}
     return {name: value for name, value in values.items() if value is not None}
 
 
-def read_drive_settings(node: Node) -> DriveSettings:
-    """Read and check the drive's description.
+def read_descriptions(node: Node) -> tuple[DriveDescription, ...]:
+    """Read and check the description of every drive.
 
     Raises
     ------
     SettingsError
-        If it cannot be used; the message names the parameter.
+        If one cannot be used; the message names the drive, if there are several, and parameter.
     """
-    return settings_from_parameters(_values(node))
+    names = given_names(node)
+    described = tuple(_described(node, name) for name in names or ("",))
+    files = [each.unit.memory_file for each in described if each.unit.memory_file is not None]
+    for file in files:
+        if files.count(file) > 1:
+            raise SettingsError(
+                f"memory_file is {str(file)!r} for several drives; put {{drive}} into its name"
+            )
+    return described
+
+
+def _described(node: Node, name: str) -> DriveDescription:
+    prefix = f"{name}." if name else ""
+    try:
+        drive = settings_from_parameters(_values(node, prefix, PARAMETERS))
+        return DriveDescription(drive, _unit_settings(node, prefix, drive.name))
+    except SettingsError as error:
+        raise SettingsError(prefix + str(error)) from error
+
+
+def _unit_settings(node: Node, prefix: str, drive_name: str) -> UnitSettings:
+    values: dict[str, Any] = {
+        name: parameter.check(node.get_parameter(prefix + name).value)
+        for name, parameter in UNIT_PARAMETERS.items()
+    }
+    values["input"] = InputKind(values["input"])
+    path = values["memory_file"].replace("{drive}", drive_name)
+    values["memory_file"] = _absolute_path("memory_file", path)
+    return UnitSettings(**values)
 
 
 def read_node_settings(node: Node) -> NodeSettings:
@@ -158,9 +187,9 @@ def read_node_settings(node: Node) -> NodeSettings:
     values: dict[str, Any] = {
         name: parameter.check(node.get_parameter(name).value)
         for name, parameter in NODE_PARAMETERS.items()
+        if name != "drives"
     }
     values["input_depth"] = int(values["input_depth"])
-    values["memory_file"] = _absolute_path("memory_file", values["memory_file"])
     return NodeSettings(**values)
 
 
@@ -184,18 +213,38 @@ def check_changes(
 ) -> SetParametersResult:
     """Judge a change of parameters.
 
-    Once `configured`, also whether the description stays usable as a whole.
+    Once `configured`, also whether every description stays usable as a whole.
     """
     try:
         values = {change.name: change.value for change in changes}
+        for prefix in _prefixes(node):
+            _check_drive(node, prefix, values, configured=configured)
         for name, value in values.items():
-            if name in _ALL:
-                _ALL[name].check(value)
-            if configured and name in _WHILE_UNCONFIGURED:
-                _check_unchanged(node, name, value)
-        ours = {name: value for name, value in values.items() if name in PARAMETERS}
-        if configured and ours:
-            settings_from_parameters(_values(node) | ours)
+            _check_common(node, name, value)
     except SettingsError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
+
+
+def _check_common(node: Node, name: str, value: object) -> None:
+    """Judge the change of a parameter that is no single drive's."""
+    if name in NODE_PARAMETERS:
+        NODE_PARAMETERS[name].check(value)
+    elif name in DRIVE_PARAMETERS and "" not in _prefixes(node):
+        raise SettingsError(f"{name} is the default of several drives; set a drive's own")
+
+
+def _check_drive(node: Node, prefix: str, values: dict[str, Any], *, configured: bool) -> None:
+    """Judge the changes of one drive's parameters."""
+    ours = {
+        name.removeprefix(prefix): value
+        for name, value in values.items()
+        if name.startswith(prefix) and name.removeprefix(prefix) in DRIVE_PARAMETERS
+    }
+    for name, value in ours.items():
+        DRIVE_PARAMETERS[name].check(value)
+        if configured and name in WHILE_UNCONFIGURED:
+            _check_unchanged(node, prefix + name, value)
+    physical = {name: value for name, value in ours.items() if name in PARAMETERS}
+    if configured and physical:
+        settings_from_parameters(_values(node, prefix, PARAMETERS) | physical)

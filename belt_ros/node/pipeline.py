@@ -1,18 +1,18 @@
-"""One configured drive: joint states in; state, alarm and diagnostics out, as messages.
+"""One configured drive: measurements in; estimate, alarm and diagnostics out.
 
-Knows messages and a steady clock, but neither node nor middleware.
+Knows a steady clock, but neither node nor middleware.
 """
 
+import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from belt_msgs.msg import BeltState, SlipAlarm
 from diagnostic_msgs.msg import DiagnosticStatus
-from sensor_msgs.msg import JointState
 
 from belt_ros.estimation import (
     AlarmStatus,
+    BeltEstimate,
     Health,
     Learned,
     Maintenance,
@@ -22,14 +22,9 @@ from belt_ros.estimation import (
     Severity,
 )
 from belt_ros.estimation.calibration import CalibrationResult
-from belt_ros.node.conversions import (
-    alarm_message,
-    measurement_from_joint_state,
-    nanoseconds,
-    state_message,
-)
 from belt_ros.node.diagnostics import calibration_status, drive_status, input_status
-from belt_ros.node.input_meter import InputMeter
+from belt_ros.node.input_meter import InputMeter, InputReport
+from belt_ros.node.source_meter import SKEW_LIMIT
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
@@ -38,28 +33,30 @@ _CALIBRATION_LOST = CalibrationResult("ratio not calibrated: the estimate was st
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of one message: a state if it was accepted, an alarm if that has changed.
+    """What came of one measurement: an estimate if it was accepted, an alarm if that has changed.
 
     `calibration` is there when one has just ended.
     """
 
     reason: Rejection
-    state: BeltState | None = None
-    alarm: SlipAlarm | None = None
+    estimate: BeltEstimate | None = None
+    alarm: AlarmStatus | None = None
     worsened: bool = False
     calibration: CalibrationResult | None = None
 
 
 class Pipeline:
-    """Turn one drive's joint states into messages about its belt.
+    """Turn one drive's measurements into what is known of its belt.
 
     Parameters
     ----------
     node_name : str
         As it stands in diagnostics.
-    topic : str
-        Full name of the joint states' topic, for messages to the user.
+    sources : sequence of str
+        Full names of the topics.
     settings : DriveSettings
+    skew_limit : float
+        Difference between clocks that is told [s].
     steady : callable
         A steady clock [s]: lost input must be noticed also when ROS time stands still.
     """
@@ -67,19 +64,22 @@ class Pipeline:
     def __init__(
         self,
         node_name: str,
-        topic: str,
+        sources: Sequence[str],
         settings: DriveSettings,
+        skew_limit: float = SKEW_LIMIT,
         steady: Callable[[], float] = time.monotonic,
     ) -> None:
         self._node_name = node_name
-        self._topic = topic
+        self._sources = tuple(sources)
         self._settings = settings
+        self._skew_limit = skew_limit
         self._steady = steady
         self._monitor = settings.monitor()
         self._alarm: AlarmStatus | None = None
         self._taken_in = 0
         self._calibrating: int | None = None  # the number of resets when it began
         self._calibrated: CalibrationResult | None = None
+        self._used_ns = 0
         self.begin()
 
     @property
@@ -104,42 +104,52 @@ class Pipeline:
 
     def begin(self) -> None:
         """Count input, and its absence, from now on."""
-        self._meter = InputMeter(self._steady())
+        self._meter = InputMeter(self._steady(), self._sources)
 
-    def take(self, message: JointState, now_ns: int) -> Outcome:
-        """Take in a joint state that arrived at `now_ns` on ROS time [ns]."""
+    def hear(self, source: str, stamp_ns: int | None, now_ns: int) -> None:
+        """Count a message as it comes at ROS time `now_ns`; its stamp is None if it is no time."""
+        latency = math.nan if stamp_ns is None else (now_ns - stamp_ns) * _SECONDS
+        self._meter.heard(source, latency, self._steady())
+
+    def take(self, ready: Measurement | Rejection, stamp_ns: int, now_ns: int) -> Outcome:
+        """Take in a measurement, or why there is none, stamped `stamp_ns`, at ROS time `now_ns`."""
         began = self._steady()
-        measurement = measurement_from_joint_state(
-            self._settings.driver, self._settings.driven, message
-        )
-        if isinstance(measurement, Measurement):
-            output = self._monitor.step(measurement)
+        if isinstance(ready, Measurement):
+            output = self._monitor.step(ready)
         else:
-            output = self._monitor.reject(measurement)
-        outcome = self._outcome(output)
-        latency = (now_ns - nanoseconds(message.header.stamp)) * _SECONDS
+            output = self._monitor.reject(ready)
+        outcome = self._outcome(output, now_ns)
+        latency = (now_ns - stamp_ns) * _SECONDS
         self._meter.count(outcome.reason, latency, began, self._steady())
         return outcome
 
-    def _outcome(self, output: MonitorOutput) -> Outcome:
-        if output.rejection is not Rejection.NONE or output.estimate is None:
-            return Outcome(output.rejection)
+    def _outcome(self, output: MonitorOutput, now_ns: int) -> Outcome:
+        worsened = output.alarm is not None and self._worsened(output.alarm)
+        if output.rejection is not Rejection.NONE:
+            return Outcome(output.rejection, None, output.alarm, worsened)
+        if not output.fresh:
+            return Outcome(Rejection.NONE)
         self._taken_in += 1
+        self._used_ns = now_ns
         calibration = self._calibration_ended(output)
-        status = output.alarm
-        name = self._settings.name
-        state = state_message(name, output.estimate)
-        if status is None:
-            return Outcome(Rejection.NONE, state, calibration=calibration)
+        return Outcome(Rejection.NONE, output.estimate, output.alarm, worsened, calibration)
+
+    def watch(self, now_ns: int) -> Outcome:
+        """Notice silence at ROS time `now_ns` [ns]; the outcome has no estimate.
+
+        Nothing is silent that stands still with ROS time, such as a simulation at a pause.
+        """
+        elapsed = max(now_ns - self._used_ns, 0) * _SECONDS
+        silence = min(self._meter.unused(self._steady()), elapsed)
+        status = self._monitor.silent(now_ns, silence)
+        worsened = status is not None and self._worsened(status)
+        return Outcome(Rejection.NONE, alarm=status, worsened=worsened)
+
+    def _worsened(self, status: AlarmStatus) -> bool:
+        """Take note of a changed alarm; whether it is worse than before."""
         before = Severity.NORMAL if self._alarm is None else self._alarm.severity
         self._alarm = status
-        return Outcome(
-            Rejection.NONE,
-            state,
-            alarm_message(name, status),
-            worsened=status.severity > before,
-            calibration=calibration,
-        )
+        return status.severity > before
 
     def _calibration_ended(self, output: MonitorOutput) -> CalibrationResult | None:
         """Return the result of a calibration that ended with this measurement."""
@@ -169,13 +179,12 @@ class Pipeline:
             self._monitor.restart()
         return behind
 
-    def acknowledge(self) -> SlipAlarm | None:
-        """Release the alarm's latch; return the alarm, None before the first estimate."""
+    def acknowledge(self) -> AlarmStatus | None:
+        """Release the alarms' latches; return their status, None before the first estimate."""
         status = self._monitor.acknowledge()
-        if status is None:
-            return None
-        self._alarm = status
-        return alarm_message(self._settings.name, status)
+        if status is not None:
+            self._alarm = status
+        return status
 
     def learned(self, now: float) -> Learned | None:
         """Return what has been learned of the belt; None if that is nothing yet.
@@ -229,15 +238,20 @@ class Pipeline:
             self._settings.limits.greatest_gap,
         )
 
-    def input_status(self) -> DiagnosticStatus:
-        """Return the input's diagnostics since the last call."""
+    def input_report(self) -> InputReport:
+        """Return what came since the last call."""
+        return self._meter.report(self._steady())
+
+    def input_status(self, report: InputReport) -> DiagnosticStatus:
+        """Return the input's diagnostics."""
         return input_status(
             self._node_name,
             self._settings.name,
-            self._topic,
-            self._meter.report(self._steady()),
+            ", ".join(self._sources),
+            report,
             self._monitor.health,
             self._settings.limits.greatest_gap,
+            self._skew_limit,
         )
 
     def calibration_status(self) -> DiagnosticStatus | None:
@@ -255,5 +269,5 @@ def warm_up(settings: DriveSettings) -> float:
     began = time.monotonic()
     monitor = settings.monitor()
     for sample in range(3):
-        monitor.step(Measurement(sample * 1_000_000, 1.0, 1.0, 0.0, 0.0))
+        monitor.step(Measurement(sample * 100_000_000, 1.0, 1.0, 0.0, 0.0))
     return time.monotonic() - began

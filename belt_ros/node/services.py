@@ -1,13 +1,12 @@
 """What the node's services do, and what they answer. Nothing that a request can carry raises."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from belt_msgs.msg import SlipAlarm
 from belt_msgs.srv import RecordMaintenance
 
-from belt_ros.estimation import Maintenance, MaintenanceKind
+from belt_ros.estimation import AlarmStatus, Maintenance, MaintenanceKind
 from belt_ros.mechanics import DriveError
 from belt_ros.node.memory import Memory
 from belt_ros.node.pipeline import Pipeline
@@ -21,6 +20,17 @@ class Answer(NamedTuple):
 
     success: bool
     message: str
+
+
+class Unit(Protocol):
+    """One drive of a node."""
+
+    @property
+    def drive_name(self) -> str:
+        """Name of the drive."""
+
+    def record_maintenance(self, request: RecordMaintenance.Request) -> Answer:
+        """Take in what was done to its belt."""
 
 
 _NOT_ACTIVE = Answer(success=False, message="not active")
@@ -39,8 +49,8 @@ def reset(pipeline: Pipeline | None, memory: Memory | None) -> Answer:
     return Answer(success=True, message=f"{message}; {kept}" if kept else message)
 
 
-def acknowledge(pipeline: Pipeline | None, publish: Callable[[SlipAlarm], None]) -> Answer:
-    """Release the alarm's latch."""
+def acknowledge(pipeline: Pipeline | None, publish: Callable[[AlarmStatus], None]) -> Answer:
+    """Release the alarms' latches."""
     if pipeline is None:
         return _NOT_ACTIVE
     alarm = pipeline.acknowledge()
@@ -86,6 +96,19 @@ def record_maintenance(
         return Answer(success=False, message=f"it could not be taken in: {error}")
     note = f" (note: {request.note[:_LONGEST_NOTE]!a})" if request.note else ""
     return Answer(success=True, message=done + note + _kept(memory))
+
+
+def record_for_one(units: Sequence[Unit], request: RecordMaintenance.Request) -> Answer:
+    """Take in what was done to the belt of that drive, of several, which the request names."""
+    for unit in units:
+        if request.drive_name and unit.drive_name == request.drive_name:
+            return unit.record_maintenance(request)
+    names = ", ".join(repr(unit.drive_name) for unit in units if unit.drive_name)
+    if not names:
+        return Answer(success=False, message="not configured")
+    return Answer(
+        success=False, message=f"there is no drive {request.drive_name!a} here, only {names}"
+    )
 
 
 def _kept(memory: Memory | None) -> str:

@@ -14,14 +14,15 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
 
-from belt_ros.estimation import AlarmStatus
-from belt_ros.message_fields import alarm_fields
+from belt_ros.estimation import AlarmStatus, ConditionStatus
+from belt_ros.message_fields import alarm_fields, condition_fields
 from belt_ros.message_types import belt_typestore
 from belt_ros.replay.tables import STATE_TYPE
 
 STATE_TOPIC = "/belt_node/state"
 ALARM_TOPIC = "/belt_node/alarm"
 ALARM_TYPE = "belt_msgs/msg/SlipAlarm"
+_CONDITION_TYPE = "belt_msgs/msg/AlarmCondition"
 _READABLE_SINCE_HUMBLE: Final = 8
 _SECOND_NS = 1_000_000_000
 _FOREVER = QosTime(9223372036, 854775807)
@@ -73,6 +74,13 @@ class ResultBag:
     def _header(self, stamp_ns: int) -> Any:
         return self._types.types["std_msgs/msg/Header"](stamp=self._time(stamp_ns), frame_id="")
 
+    def _condition(self, status: ConditionStatus) -> Any:
+        return self._types.types[_CONDITION_TYPE](
+            first_time=self._time(status.first_ns),
+            last_time=self._time(status.last_ns),
+            **condition_fields(status),
+        )
+
     def write_state(self, log_ns: int, stamp_ns: int, fields: dict[str, Any]) -> None:
         """Write one state, given as the fields of its message, at a log time [ns]."""
         counts = np.array(fields["rejection_counts"], dtype=np.uint64)
@@ -87,7 +95,7 @@ class ResultBag:
             header=self._header(status.stamp_ns),
             first_time=self._time(status.first_ns),
             last_time=self._time(status.last_ns),
-            conditions=[],
+            conditions=[self._condition(status) for status in status.conditions],
             **alarm_fields(drive_name, status),
         )
         self._writer.write(self._alarm, log_ns, self._types.serialize_cdr(message, ALARM_TYPE))

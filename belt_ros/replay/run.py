@@ -71,7 +71,7 @@ def replay(
     ):
         for log_ns, output in _outputs(source, monitor):
             tally.add(output, output.alarm)
-            if output.rejection is Rejection.NONE and output.estimate is not None:
+            if output.fresh and output.estimate is not None:
                 results.write_state(log_ns, output.estimate)
             if output.alarm is not None:
                 results.write_alarm(log_ns, output.alarm)

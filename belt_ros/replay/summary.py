@@ -124,9 +124,12 @@ class Tally:
         self.messages += 1
         if output.rejection is not Rejection.NONE:
             self.rejected[output.rejection] += 1
+            self._note_alarm(alarm)
+            return
+        self.accepted += 1
+        if not output.fresh:
             return
         assert output.estimate is not None
-        self.accepted += 1
         self._spend_time(output.estimate)
         self._note_alarm(alarm)
         self._note_extremes(output.estimate)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from belt_ros.parameter_table import Parameter, SettingsError
 from belt_ros.rig.faults import ALL, PLACES, Fault, FaultKind
-from belt_ros.settings import Parameter, SettingsError
 
 _GREATEST = 1e9
 _LONGEST = 1e6  # [s]

@@ -7,8 +7,8 @@ from types import FrameType
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from belt_ros.parameter_table import SettingsError
 from belt_ros.rig.node import RigNode
-from belt_ros.settings import SettingsError
 
 
 class _Stop:

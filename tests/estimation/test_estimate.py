@@ -26,6 +26,14 @@ def test_its_deviation_is_that_of_its_samples() -> None:
     assert quantity.stddev == pytest.approx(np.std(samples), rel=5e-3)
 
 
+@pytest.mark.parametrize("log_mean", [-1e4, -700.0, 700.0, 1e4, 1e300])
+@pytest.mark.parametrize("spread", [0.0, 1.0, 30.0, 1e200])
+def test_the_wildest_belief_is_finite_numbers(log_mean, spread) -> None:
+    quantity = lognormal_quantity(log_mean, spread)
+    assert np.all(np.isfinite(quantity))
+    assert quantity.value > 0.0
+
+
 def test_what_is_not_known_is_no_number() -> None:
     fit, reserve, lost = UNKNOWN_FIT, UNKNOWN_RESERVE, UNKNOWN_LOSS
     assert fit.consistency is Consistency.UNKNOWN

@@ -52,6 +52,7 @@ class Outcome:
     named: set[str] = field(default_factory=set)  # sensors that fitted worst
     wrong: float = -math.inf  # last time that a speed, the torque or slip was wrong [s]
     misled: float = -math.inf  # last time that something learned was [s]
+    lost: int = 0  # samples at which traction seemed to be lost
 
     @property
     def rejections(self) -> dict[str, int]:
@@ -63,14 +64,17 @@ class Outcome:
 def start(settings: DriveSettings) -> dict[str, tuple[list[RigSample], BeltMonitor]]:
     """By load: what the rig says from the fault on, and the monitor that heard all before."""
     started = {}
-    for load, points in LOADS.items():
+    runs = {load: {"load": points} for load, points in LOADS.items()}
+    loosened = [{"at": BEGIN + 0.3, "tension": 330.0, "over": 0.3}]
+    runs["loosened"] = {"load": LOADS["moving"], "events": loosened}
+    for load, of_run in runs.items():
         script = {
             "duration": LAST,
             "seed": 2,
             "speed": [[0.0, 0.0], [1.0, 120.0]],
-            "load": points,
             "condition.tension": 440.0,
             "condition.friction_stiffness": 6e6,
+            **of_run,
         }
         samples = list(simulate(settings, scenario_from_mapping(script, settings)))
         monitor = settings.monitor()
@@ -120,6 +124,7 @@ def judge(result: Outcome, fault: Fault, sample: RigSample) -> None:
     assert estimate is not None
     if now < fault.end + 0.5:
         result.phases.add(estimate.phase)
+    result.lost += estimate.lost_traction.traction > 0.8
     worst = worst_sensor(result.monitor.health.sensor_fits)
     if worst is not None:
         result.named.add(worst[0])
@@ -203,8 +208,8 @@ def test_a_spike_is_over_with_the_next_samples(outcome, sensor, value, rejection
 @pytest.mark.parametrize(
     ("jump", "rejections", "resets", "recovery"),
     [
-        (5.0, {}, 1, 0.05),  # believed; back again it is a jump back, which starts all anew
-        (-5.0, {"OUT_OF_ORDER": 2}, 1, 0.05),
+        (5.0, {"OUT_OF_ORDER": 4}, 1, 0.05),  # believed; back again it starts all anew
+        (-5.0, {"OUT_OF_ORDER": 4}, 1, 0.05),
         (0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES, "GATED": 1}, 0, 0.51),  # until time has caught up
         (-0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES, "GATED": 1}, 0, 0.05),
     ],
@@ -281,3 +286,38 @@ def test_a_speed_of_the_wrong_sign_is_gated_before_it_is_believed(
     assert result.rejections["GATED"] >= 6  # three when it begins, three when it ends
     assert phase in result.phases
     assert result.wrong < recovery
+
+
+MISFITS = [
+    {"kind": "stuck", "sensor": "driver_speed"},
+    {"kind": "stuck", "sensor": "driven_speed"},
+    {"kind": "stuck", "sensor": "driver_torque"},
+    {"kind": "stuck", "sensor": "driven_torque"},
+    {"kind": "delayed", "sensor": "driver_speed", "value": 0.2},
+    {"kind": "wrong_sign", "sensor": "driver_torque"},
+    {"kind": "wrong_sign", "sensor": "driven_torque"},
+    {"kind": "spike", "sensor": "driven_speed", "value": 2.0, "share": 0.3},
+    {"kind": "spike", "sensor": "driver_torque", "value": 20.0, "share": 0.3},
+]
+
+
+@pytest.mark.parametrize("fault", MISFITS, ids=lambda f: f"{f['sensor']}-{f['kind']}")
+def test_what_a_sensor_that_did_not_fit_has_taught_is_unlearned(outcome, start, fault) -> None:
+    result = outcome(**fault, load="moving")
+    assert Phase.LOST in result.phases
+    assert result.misled < 0.7
+    assert result.lost < 50  # until it shows that the sensor does not fit
+    estimate = result.monitor.estimate
+    assert estimate.phase is Phase.RUNNING
+    known = start["moving"][1].estimate.mean_tension.stddev
+    assert estimate.mean_tension.stddev < 1.5 * known
+
+
+@pytest.mark.parametrize("sensor", ["driven_speed", "driven_torque"])
+def test_a_loss_that_comes_while_a_sensor_does_not_fit_is_learned_after(outcome, sensor) -> None:
+    result = outcome("stuck", sensor, load="loosened")
+    assert Phase.LOST in result.phases
+    undisturbed = outcome("spike", "driven_speed", 0.0, load="loosened")
+    for each in (result, undisturbed):
+        estimate = each.monitor.estimate
+        assert estimate.mean_tension.value < 385.0, (estimate.mean_tension, estimate.margin)

@@ -26,7 +26,8 @@ REPEATABLE = settings(derandomize=True, deadline=None)
         ((10.0, 9.9, 1.0, -1.0), Rejection.NONE),
         ((10.0, 9.9, math.nan, math.nan), Rejection.NONE),
         ((math.nan, 9.9, 1.0, -1.0), Rejection.NONE),
-        ((math.nan, math.nan, 1.0, -1.0), Rejection.NOT_FINITE),
+        ((math.nan, math.nan, 1.0, -1.0), Rejection.NONE),
+        ((math.nan, math.nan, math.nan, math.nan), Rejection.NOT_FINITE),
         ((10.0, -math.inf, 1.0, -1.0), Rejection.NOT_FINITE),
         ((10.0, 9.9, math.inf, -1.0), Rejection.NOT_FINITE),
         ((1001.0, 9.9, 1.0, -1.0), Rejection.OUT_OF_RANGE),
@@ -131,7 +132,7 @@ def test_a_driven_pulley_that_coasts_is_slowed_by_its_bearings() -> None:
 def test_values_stand_where_sensor_says() -> None:
     measurement = Measurement(0, *np.arange(9.0).tolist())
     np.testing.assert_array_equal(measurement.values(), np.arange(9.0))
-    names = [field.name for field in dataclasses.fields(Measurement)][1:]
+    names = [field.name for field in dataclasses.fields(Measurement)][1 : 1 + len(Sensor)]
     assert [sensor.name.lower() for sensor in Sensor] == names
 
 

@@ -306,6 +306,25 @@ def test_a_file_gives_back_exactly_what_was_saved(tmp_path_factory, components) 
         assert np.array_equal(getattr(loaded, field), getattr(learned, field))
 
 
+@pytest.mark.parametrize("certain", [1e-20, 1e-40, 0.0])
+def test_what_is_known_beyond_rounding_is_remembered_as_well(certain) -> None:
+    component = one()[0]
+    place = Index.LOG_TENSION
+    component.covariance[place, :] = component.covariance[:, place] = 0.0
+    component.covariance[place, place] = certain
+    learned = learn([component, *one()])
+    assert np.all(learned.covariances[:, 0, 0] > 0.0)
+    np.testing.assert_array_equal(learned.components[0].mean, component.mean[PLACES])
+
+
+def test_a_member_beyond_reason_does_not_spoil_the_others() -> None:
+    sound, wild = one()[0], one()[0]
+    wild.mean[Index.LOG_STIFFNESS] = 1e6
+    learned = learn([sound, wild])
+    assert len(learned.weights) == 1
+    np.testing.assert_array_equal(learned.means[0], sound.mean[PLACES])
+
+
 def test_without_a_file_there_is_no_memory_and_no_error(tmp_path) -> None:
     assert load(tmp_path / "none" / "x.json", "x") is None
 
@@ -372,6 +391,12 @@ def test_a_power_cut_between_any_two_steps_leaves_the_old_file_or_the_new(
     save(learn(one(300.0)), saved)
     assert seen == [(old, saved.read_bytes())]
     assert old != saved.read_bytes()
+
+
+def test_a_folder_is_no_file_to_save_to(tmp_path) -> None:
+    for path in (Path("/"), tmp_path):
+        with pytest.raises(MemoryFileError):
+            save(learn(one()), path)
 
 
 def test_a_folder_that_cannot_be_synchronised_does_not_undo_saving(saved, monkeypatch) -> None:

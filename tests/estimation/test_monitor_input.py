@@ -36,7 +36,12 @@ def test_what_cannot_be_used_is_counted_and_changes_nothing(monitor) -> None:
     before = monitor.estimate
     now = 50 * PERIOD_NS
     for values, reason in (
-        ({"driver_speed": math.nan, "driven_speed": math.nan}, Rejection.NOT_FINITE),
+        (
+            dict.fromkeys(
+                ("driver_speed", "driven_speed", "driver_torque", "driven_torque"), math.nan
+            ),
+            Rejection.NOT_FINITE,
+        ),
         ({"driven_torque": math.inf}, Rejection.NOT_FINITE),
         ({"driven_speed": 1e9}, Rejection.OUT_OF_RANGE),
         ({"stamp_ns": now - 2 * PERIOD_NS}, Rejection.OUT_OF_ORDER),
@@ -86,6 +91,14 @@ def test_a_clock_that_jumps_back_resets_once(monitor) -> None:
         assert_sound(output.estimate)
     assert monitor.health.resets == 1
     assert output.rejection is Rejection.NONE
+
+
+def test_a_clock_that_jumps_back_does_not_undo_the_counting(monitor) -> None:
+    for k in range(100):
+        monitor.step(dataclasses.replace(STEADY, stamp_ns=-(10**10) + k * PERIOD_NS))
+    health = monitor.health
+    assert health.rejections[Rejection.OUT_OF_ORDER] == 2
+    assert health.accepted == 50 + 98
 
 
 def test_a_gap_forward_resumes_with_what_is_known_of_the_belt(run: Runner, settings) -> None:

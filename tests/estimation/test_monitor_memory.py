@@ -1,5 +1,6 @@
 """What was learned outlives the run, and what was done to the belt is taken in."""
 
+import copy
 import dataclasses
 import math
 
@@ -178,6 +179,42 @@ def test_after_maintenance_under_load_a_backward_jump_begins_with_no_load(
     assert estimate.health.resets == 1
     assert within(estimate.transmitted_torque, 0.0, 4.0)
     assert estimate.mean_tension.stddev < 15.0
+
+
+def test_what_is_restored_while_running_leaves_the_motion_as_it_is(
+    run: Runner, settings: DriveSettings, learned: Learned
+) -> None:
+    monitor = settings.monitor()
+    played = run(monitor=monitor, **SHORT)
+    before, last = played.outputs[-1].estimate, played.measurements[-1]
+    monitor.restore(learned, 0.0)
+    after = monitor.step(dataclasses.replace(last, stamp_ns=last.stamp_ns + 10**7)).estimate
+    assert before is not None
+    assert after is not None
+    assert after.transmitted_torque.stddev < 1.5 * before.transmitted_torque.stddev
+    assert within(after.transmitted_torque, before.transmitted_torque.value, 3.0)
+
+
+@pytest.mark.parametrize(("pause", "most"), [(60.0, 1.4), (3600.0, 1.4), (DAY, 2.0)])
+def test_a_pause_costs_little_more_than_a_restart(
+    settings: DriveSettings,
+    taught: tuple[BeltMonitor, Run],
+    learned: Learned,
+    pause: float,
+    most: float,
+) -> None:
+    last = taught[1].measurements[-1]
+    paused, restarted = copy.deepcopy(taught[0]), settings.monitor()
+    restarted.restore(learned, pause)
+    for k in range(30):
+        stamp_ns = last.stamp_ns + round(pause * 1e9) + k * 10**7
+        later = dataclasses.replace(last, stamp_ns=stamp_ns)
+        ours, theirs = paused.step(later).estimate, restarted.step(later).estimate
+    assert ours is not None
+    assert theirs is not None
+    assert ours.stamp_ns == theirs.stamp_ns
+    assert ours.friction_stiffness_log_stddev < 1.2 * theirs.friction_stiffness_log_stddev
+    assert ours.mean_tension.stddev < most * theirs.mean_tension.stddev
 
 
 def test_a_calibration_does_not_outlive_a_reset(run: Runner, settings: DriveSettings) -> None:

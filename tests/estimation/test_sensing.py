@@ -116,15 +116,25 @@ def test_encoders_that_wrap_are_unwrapped_over_many_turns(turns: tuple[float, fl
     np.testing.assert_allclose(np.diff(seen[1:]), AHEAD * dt, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["driver_position", "driven_position", "driver_speed"])
+@pytest.mark.parametrize("name", ["driver_position", "driven_position"])
 def test_after_a_gap_of_either_encoder_travel_counts_anew(name: str) -> None:
+    sense, dt = sensing(), 0.01
+    rows = [turning(k * dt) for k in range(30)]
+    for k in range(5, 20):
+        rows[k] = dataclasses.replace(rows[k], **{name: math.nan})
+    seen = travels(sense, rows, dt)
+    assert np.all(np.isnan(seen[5:21]))
+    assert seen[21:] == pytest.approx([AHEAD * dt * k for k in range(1, 10)], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", ["driver_position", "driven_position", "driver_speed"])
+def test_one_reading_that_is_missing_does_not_end_the_count(name: str) -> None:
     sense, dt = sensing(), 0.01
     rows = [turning(k * dt) for k in range(10)]
     rows[5] = dataclasses.replace(rows[5], **{name: math.nan})
     seen = travels(sense, rows, dt)
-    assert math.isnan(seen[5])
-    assert math.isnan(seen[6])
-    assert seen[7:] == pytest.approx([AHEAD * dt * k for k in (1, 2, 3)], abs=1e-12)
+    assert math.isnan(seen[5]) == (name != "driver_speed")
+    assert seen[6:] == pytest.approx([AHEAD * dt * k for k in range(6, 10)], abs=1e-12)
 
 
 def test_lost_travel_counts_anew_from_the_next_measurement() -> None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from belt_msgs.msg import BeltState, SlipAlarm
+from belt_msgs.msg import BeltState, PulleyState, SlipAlarm
 from builtin_interfaces.msg import Time
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -22,6 +22,8 @@ from belt_ros.estimation import (
 from belt_ros.node.conversions import (
     measurement_from_joint_state,
     nanoseconds,
+    reading_from_driven_state,
+    reading_from_driver_state,
     state_message,
     time_message,
 )
@@ -29,6 +31,7 @@ from belt_ros.node.pipeline import Pipeline
 from belt_ros.settings import load_settings
 
 SETTINGS = load_settings(PAPER_DRIVE)
+NAN = math.nan
 INT32 = 2**31 - 1
 UINT32 = 2**32 - 1
 
@@ -134,18 +137,67 @@ def joint_states(draw: st.DrawFn) -> JointState:
 @settings(deadline=None, max_examples=200)
 @given(st.lists(joint_states(), max_size=6))
 def test_no_joint_states_raise_or_make_a_state_of_nan(messages: list[JointState]) -> None:
-    pipeline = Pipeline("node", "/joint_states", SETTINGS)
+    pipeline = Pipeline("node", ("/joint_states",), SETTINGS)
     accepted = 0
     for message in messages:
-        outcome = pipeline.take(message, 0)
-        assert (outcome.state is None) == (outcome.reason is not Rejection.NONE)
-        accepted += outcome.state is not None
-        if outcome.state is not None:
-            assert outcome.state.header.stamp == message.header.stamp
-            assert not_finite(outcome.state) == []
+        ready = measurement_from_joint_state(SETTINGS.driver, SETTINGS.driven, message)
+        outcome = pipeline.take(ready, nanoseconds(message.header.stamp), 0)
+        assert (outcome.estimate is None) == (outcome.reason is not Rejection.NONE)
+        accepted += outcome.estimate is not None
+        if outcome.estimate is not None:
+            state = state_message("name", outcome.estimate)
+            assert state.header.stamp == message.header.stamp
+            assert not_finite(state) == []
     rejected = sum(pipeline.health.rejections)
     assert accepted >= pipeline.health.accepted
     assert pipeline.health.resets > 0 or accepted + rejected == len(messages)
+
+
+def pulley_state(**fields: float) -> PulleyState:
+    unmeasured = dict.fromkeys(("position", "speed", "torque", "hub_load", "span_tension"), NAN)
+    message = PulleyState(**unmeasured | fields)
+    message.header.stamp = Time(sec=1, nanosec=5)
+    return message
+
+
+def test_a_pulley_state_is_a_reading_of_its_joint() -> None:
+    message = pulley_state(position=1.0, speed=2.0, torque=3.0, hub_load=4.0, span_tension=5.0)
+
+    assert repr(reading_from_driver_state(message)) == repr(
+        Measurement(
+            1_000_000_005,
+            driver_speed=2.0,
+            driver_torque=3.0,
+            driver_position=1.0,
+            driver_hub_load=4.0,
+        )
+    )
+    assert repr(reading_from_driven_state(message)) == repr(
+        Measurement(
+            1_000_000_005,
+            driven_speed=2.0,
+            driven_torque=3.0,
+            driven_position=1.0,
+            driven_hub_load=4.0,
+            span_tension=5.0,
+        )
+    )
+
+
+@pytest.mark.parametrize("read", [reading_from_driver_state, reading_from_driven_state])
+def test_a_pulley_state_that_says_nothing_or_infinity_is_not_finite(read) -> None:
+    assert read(pulley_state()) is Rejection.NOT_FINITE
+    assert read(pulley_state(speed=1.0, torque=math.inf)) is Rejection.NOT_FINITE
+    assert isinstance(read(pulley_state(torque=1e308)), Measurement)  # limits.* judge that
+
+
+@pytest.mark.parametrize("stamp", [Time(sec=-1), Time(sec=1, nanosec=10**9)])
+def test_an_impossible_stamp_of_a_pulley_is_malformed(stamp: Time) -> None:
+    message = pulley_state(speed=1.0)
+    message.header.stamp = stamp
+
+    assert reading_from_driver_state(message) is Rejection.MALFORMED
+    assert reading_from_driven_state(message) is Rejection.MALFORMED
 
 
 def test_a_state_carries_every_field_of_the_estimate() -> None:

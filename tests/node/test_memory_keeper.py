@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from belt_msgs.srv import RecordMaintenance
-from node_harness import PAPER_DRIVE, joint_state
+from node_harness import PAPER_DRIVE
 
-from belt_ros.estimation import MaintenanceKind, MemoryRefusedError
+from belt_ros.estimation import BeltEstimate, MaintenanceKind, Measurement, MemoryRefusedError
 from belt_ros.estimation.memory_file import load
 from belt_ros.node import services
 from belt_ros.node.memory import Memory, span
@@ -32,18 +32,23 @@ class Run:
         self.steady = 0.0
         self.stamp_ns = 0
         self.warnings: list[str] = []
-        self.pipeline = Pipeline("node", "/joint_states", settings, lambda: self.steady)
+        self.pipeline = Pipeline("node", ("/joint_states",), settings, steady=lambda: self.steady)
         self.memory = Memory(
             path, self.pipeline, self.warnings.append, lambda: self.wall, lambda: self.steady
         )
         self.said = self.memory.restore()
 
+    def give(self) -> BeltEstimate | None:
+        """Give it a measurement with the present stamp."""
+        measurement = Measurement(self.stamp_ns, 120.0, 119.4, 30.0, -30.0)
+        return self.pipeline.take(measurement, self.stamp_ns, self.stamp_ns).estimate
+
     def take(self) -> float:
         """Take in a measurement; return the standard deviation of the tension [N]."""
         self.stamp_ns += STEP_NS
-        state = self.pipeline.take(joint_state(self.stamp_ns), self.stamp_ns).state
-        assert state is not None
-        return float(state.mean_tension_stddev)
+        estimate = self.give()
+        assert estimate is not None
+        return estimate.mean_tension.stddev
 
     def maintain(self, action: int, value: float = math.nan, stddev: float = math.nan):
         request = RecordMaintenance.Request(action=action, value=value, value_stddev=stddev)
@@ -286,7 +291,7 @@ def test_a_backward_jump_leads_back_to_what_was_restored(taught: Path, by_clock:
     else:
         for _ in range(2):
             run.stamp_ns += STEP_NS
-            run.pipeline.take(joint_state(run.stamp_ns), run.stamp_ns)
+            run.give()
 
     assert run.take() == pytest.approx(known, rel=0.01)
     assert run.pipeline.health.resets == 1

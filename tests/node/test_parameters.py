@@ -11,11 +11,12 @@ from node_harness import PAPER_DRIVE, joint_state
 from rclpy.context import Context
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import JointState
 
 from belt_ros.node import pipeline
 from belt_ros.node.belt_node import BeltNode
-from belt_ros.node.parameters import NODE_PARAMETERS
-from belt_ros.settings import PARAMETERS, read_parameters
+from belt_ros.node.parameter_tables import DRIVE_PARAMETERS, NODE_PARAMETERS
+from belt_ros.settings import read_parameters
 
 MakeNode = Callable[..., BeltNode]
 CONFIGURED = TransitionCallbackReturn.SUCCESS
@@ -61,10 +62,16 @@ def set_value(node: BeltNode, name: str, value: Any) -> Any:
     return node.set_parameters([Parameter(name, value=value)])[0]
 
 
+def hear(node: BeltNode, message: JointState) -> None:
+    """Hand a message to the node as its executor does."""
+    (subscription,) = [s for s in node.subscriptions if s.topic_name == "/joint_states"]
+    subscription.callback(message)
+
+
 def test_every_parameter_is_declared_and_described(make_node: MakeNode) -> None:
     node = make_node()
 
-    for name, parameter in (PARAMETERS | NODE_PARAMETERS).items():
+    for name, parameter in (DRIVE_PARAMETERS | NODE_PARAMETERS).items():
         descriptor = node.describe_parameter(name)
         assert parameter.meaning in descriptor.description
         assert parameter.unit in descriptor.description
@@ -172,12 +179,12 @@ def test_limits_that_have_changed_are_used(make_node: MakeNode) -> None:
     node = make_node()
     node.trigger_configure()
     node.trigger_activate()
-    node._on_joint_state(joint_state(1))
+    hear(node, joint_state(1))
 
     set_value(node, "limits.greatest_speed", 50)
-    node._on_joint_state(joint_state(10_000_000))
+    hear(node, joint_state(10_000_000))
 
-    assert node._pipeline.health.rejections[2] == 1
+    assert node.units[0].pipeline.health.rejections[2] == 1
 
 
 def test_estimation_that_fails_numerically_starts_anew(
@@ -192,11 +199,11 @@ def test_estimation_that_fails_numerically_starts_anew(
 
     with monkeypatch.context() as patch:
         patch.setattr(pipeline.Pipeline, "take", fail)
-        node._on_joint_state(joint_state(1))
-    node._on_joint_state(joint_state(2))
+        hear(node, joint_state(1))
+    hear(node, joint_state(2))
 
     assert "starting anew at the priors: overflow" in said[-2]
-    assert (node._pipeline.health.resets, node._pipeline.health.accepted) == (1, 1)
+    assert (node.units[0].pipeline.health.resets, node.units[0].pipeline.health.accepted) == (1, 1)
 
 
 def test_a_transition_that_raises_is_logged_and_leaves_nothing_behind(
@@ -209,7 +216,7 @@ def test_a_transition_that_raises_is_logged_and_leaves_nothing_behind(
         raise MemoryError("no room")
 
     with monkeypatch.context() as patch:
-        patch.setattr("belt_ros.node.belt_node.Pipeline", fail)
+        patch.setattr("belt_ros.node.drive_unit.Pipeline", fail)
         assert node.trigger_configure() is TransitionCallbackReturn.ERROR
 
     assert "MemoryError: no room" in said[-1]

@@ -64,7 +64,7 @@ def test_every_measurement_gives_one_state_with_its_stamp(client: Client) -> Non
     assert last.header.frame_id == ""
     assert sum(last.rejection_counts) == 0
 
-    arrivals = [when for when, message in client.diagnostics if len(message.status) == 2]
+    arrivals = [when for when, message in client.diagnostics if len(message.status) == 3]
     assert len(arrivals) in (2, 3, 4)
     assert all(0.5 < b - a < 1.5 for a, b in itertools.pairwise(arrivals))
     assert {row.level for row in client.rows(": paper_drive")} == {DiagnosticStatus.OK}
@@ -75,7 +75,7 @@ def test_every_measurement_gives_one_state_with_its_stamp(client: Client) -> Non
 @pytest.mark.parametrize(
     ("fields", "reason"),
     [
-        ({"velocity": (NAN, NAN)}, BeltState.REJECTION_NOT_FINITE),
+        ({"velocity": (NAN, NAN), "effort": (NAN, NAN)}, BeltState.REJECTION_NOT_FINITE),
         ({"velocity": (120.0, math.inf)}, BeltState.REJECTION_NOT_FINITE),
         ({"effort": (-math.inf, -30.0)}, BeltState.REJECTION_NOT_FINITE),
         ({"velocity": (2e4, 119.4)}, BeltState.REJECTION_OUT_OF_RANGE),
@@ -125,12 +125,12 @@ def test_rejections_are_logged_once_with_advice_and_told_in_diagnostics(
     client: Client, node: NodeProcess
 ) -> None:
     for _ in range(20):
-        client.send(velocity=(NAN, NAN))
+        client.send(velocity=(NAN, NAN), effort=(NAN, NAN))
     row = client.row(" input")
 
     assert row.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
     assert "not finite" in row.message
-    assert node.log.count("measurement rejected, not_finite: ") == 1
+    assert node.log.count("measurement rejected from /joint_states, not finite: ") == 1
 
 
 def test_reset_starts_anew(client: Client) -> None:

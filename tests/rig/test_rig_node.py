@@ -194,6 +194,6 @@ def test_bad_parameter_is_told_and_the_rig_ends(
     process = rig.start(**parameters)
 
     _, errors = process.communicate(timeout=20.0)
-    assert process.returncode == 2
+    assert process.returncode == 2, errors
     assert words in errors
     assert "Traceback" not in errors

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
+from belt_ros.parameter_table import SettingsError
 from belt_ros.rig import JointSample, RigSample, load_scenario, measured, simulate
 from belt_ros.rig.entries import QUANTITIES
 from belt_ros.rig.faults import PLACES, FaultKind
 from belt_ros.rig.running import RunningScenario
 from belt_ros.rig.scenario import Scenario, scenario_from_mapping
-from belt_ros.settings import DriveSettings, SettingsError, load_settings
+from belt_ros.settings import DriveSettings, load_settings
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT: dict[str, object] = {"duration": 1.0, "speed": 100.0, "load": 20.0, "seed": 3}

@@ -1,0 +1,68 @@
+"""How members change between their modes: traction is settled, or it is changing.
+
+A member in which traction is changing gives every loss of it a hypothesis to be explained by,
+before slower quantities are bent to explain it.
+"""
+
+import math
+
+import numpy as np
+
+from belt_ros.estimation.gaussian_sum import Component
+
+_BRANCH_EVERY = 1.0  # [s]
+_BRANCHES = 6  # members that change modes then, for all of their mode
+_CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
+
+
+def due(components: list[Component], elapsed: float) -> bool:
+    """Whether members should change modes, `elapsed` [s] after some last did.
+
+    It is so as soon as a mode has no member left.
+    """
+    alone = all(component.changing is components[0].changing for component in components)
+    return alone or elapsed >= _BRANCH_EVERY
+
+
+def branched(
+    components: list[Component], elapsed: float, begin_rate: float
+) -> tuple[list[Component], list[bool]]:
+    """Let members of the best one's mode change into the other.
+
+    Parameters
+    ----------
+    components : list of Component
+        Their weights change in place.
+    elapsed : float
+        [s] since members last changed modes.
+    begin_rate : float
+        At which traction begins to change [1/s].
+
+    Returns
+    -------
+    components : list of Component
+        With those that have changed.
+    came_from : list of bool
+        The mode that each was in.
+    """
+    best = max(components, key=lambda component: component.log_weight)
+    begun, ended = begin_rate * elapsed, _CHANGE_END_RATE * elapsed
+    leaving = math.log(-math.expm1(-(ended if best.changing else begun)))
+    branches = _branches(components, changing=best.changing, log_share=leaving)
+    came_from = [component.changing for component in components]
+    came_from += [best.changing] * len(branches)
+    for component in components:
+        component.log_weight -= ended if component.changing else begun
+    return components + branches, came_from
+
+
+def _branches(components: list[Component], *, changing: bool, log_share: float) -> list[Component]:
+    """Return the share of a mode that changes into the other, at its heaviest members."""
+    mode = sorted((c for c in components if c.changing is changing), key=lambda c: -c.log_weight)
+    weights = [c.log_weight for c in mode]
+    heaviest = np.logaddexp.reduce(weights[:_BRANCHES])
+    scale = log_share + float(np.logaddexp.reduce(weights) - heaviest)
+    return [
+        Component(c.log_weight + scale, c.mean, c.covariance, not changing)
+        for c in mode[:_BRANCHES]
+    ]

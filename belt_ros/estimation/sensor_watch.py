@@ -1,0 +1,209 @@
+"""Signs that a sensor, or what the estimator makes of it, is not to be believed.
+
+A belt that slips is explained by the model, however badly it slips: pull and slip are then those of
+gross slip, and measurements agree with each other. What is none of the belt's doing shows in one of
+four ways, each within a fraction of a second:
+
+* measurements are turned away: infinite, out of range, statistically impossible;
+* a sensor's readings are not those that the others let expect, sample after sample;
+* the pulleys turn against each other;
+* slip is against the power: the belt seems to be faster where it is pulled from.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.estimation.alarm_settings import AlarmSettings
+from belt_ros.estimation.assumptions import SensorLimits
+from belt_ros.estimation.condition import Evidence, judged
+from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity, probability_below
+from belt_ros.estimation.measurement import Measurement, Rejection, Sensor
+from belt_ros.estimation.state import STATES, Index
+from belt_ros.mechanics._compile import compiled
+
+_Floats = NDArray[np.float64]
+_Places = NDArray[np.int64]
+
+_NAMES = {
+    Index.DRIVER_SPEED: "driver speed",
+    Index.DRIVEN_SPEED: "driven speed",
+    Index.DRIVER_TORQUE: "driver torque",
+    Index.DRIVEN_TORQUE: "driven torque",
+    Index.TRAVEL: "positions",
+}
+_MEMORY = 0.5  # [s] ...
+_FEWEST = 5.0  # ... and samples at the least: no single one makes a verdict
+_CLIP = 10.828  # squared surprise that one in a thousand exceeds
+_IMPOSSIBLE = (Rejection.NOT_FINITE, Rejection.OUT_OF_RANGE, Rejection.GATED)
+_FADING = 0.25  # pace at which a sensor that is not seen is forgotten
+_HALF = 0.5  # of a threshold: below it a sign is gone
+_OPPOSED = 0.1  # speed of the slower pulley over the faster one's, if they turn against each other
+_KNOWN_SIGN = 3.0  # deviations of the torque from 0 at which its sign is known
+_SECONDS = 1e-9
+
+
+@compiled
+def _forget_and_add(means: _Floats, seen: _Places, squared: _Floats, share: float) -> float:
+    """Let forgetting means follow the squares of those that are seen; return the greatest.
+
+    Those that are not seen go back to 1, what they should be, but slowly: positions that contradict
+    the speeds are taken up anew, and then left out of every other step.
+    """
+    fading = _FADING * share
+    for i in range(means.shape[0]):
+        means[i] -= fading * (means[i] - 1.0)
+    for i in range(seen.shape[0]):
+        square = min(squared[i], _CLIP)
+        if square >= 0.0:
+            mean = 1.0 + (means[seen[i]] - 1.0) / (1.0 - fading)
+            means[seen[i]] = mean + share * (square - mean)
+    return np.max(means)
+
+
+def _share(dt: float) -> float:
+    """Weight of a sample `dt` [s] after the one before."""
+    return min(-math.expm1(-dt / _MEMORY), 1.0 / _FEWEST)
+
+
+def slip_along_power(estimate: BeltEstimate) -> Quantity:
+    """Return the excess slip [-], positive where it is lost on the way that power takes.
+
+    That is the only way in which a belt can slip. Where the torque is too small to tell the way,
+    the excess is taken as such.
+    """
+    excess, torque = estimate.excess_slip, estimate.transmitted_torque
+    if abs(torque.value) < _KNOWN_SIGN * torque.stddev:
+        return Quantity(abs(excess.value), excess.stddev)
+    along = math.copysign(1.0, torque.value * estimate.driver_speed.value)
+    return Quantity(along * excess.value, excess.stddev)
+
+
+class SensorWatch:
+    """Collects such signs, of one drive."""
+
+    def __init__(self) -> None:
+        self._misfits = np.ones(STATES)  # by the state that is read
+        self._worst_misfit = 1.0
+        self._refused = 0.0
+        self._refused_sensor: Sensor | None = None
+        self._opposed = False
+        self._contrary = Evidence.GONE
+        self._stamp_ns: int | None = None
+
+    def see(self, seen: _Places, surprises: _Floats, dt: float) -> None:
+        """Take in the surprises of a measurement, `dt` [s] after the one before.
+
+        Parameters
+        ----------
+        seen : ndarray of int
+            States that were read (k,), in the order of `state.Index`.
+        surprises : ndarray
+            Squares of their innovations (k,), each over its own variance.
+        dt : float
+        """
+        share = _share(max(dt, 0.0))
+        self._worst_misfit = float(_forget_and_add(self._misfits, seen, surprises, share))
+
+    def accept(self, estimate: BeltEstimate, settings: AlarmSettings, longest: float) -> None:
+        """Take in that a measurement was used, and what came of it."""
+        self._count(estimate.stamp_ns, longest, refused=False)
+        moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
+        self._opposed = moving and _opposed(estimate)
+        self._contrary = Evidence.GONE
+        slip = slip_along_power(estimate)
+        if moving and slip.value < 0.0:
+            against = probability_below(slip, -settings.excess_slip_warning)
+            self._contrary = judged(against, settings.confidence, settings.clear_confidence)
+
+    def refuse(
+        self,
+        reason: Rejection,
+        measurement: Measurement | None,
+        limits: SensorLimits,
+    ) -> int | None:
+        """Take in that a measurement was turned away; return its stamp [ns] if that is credible."""
+        if reason not in _IMPOSSIBLE or measurement is None or self._stamp_ns is None:
+            return None
+        since = (measurement.stamp_ns - self._stamp_ns) * _SECONDS
+        if not 0.0 < since <= limits.greatest_gap:
+            return None
+        self._count(measurement.stamp_ns, limits.greatest_gap, refused=True)
+        self._refused_sensor = impossible_reading(measurement, limits)
+        return measurement.stamp_ns
+
+    def _count(self, stamp_ns: int, longest: float, *, refused: bool) -> None:
+        before, self._stamp_ns = self._stamp_ns, stamp_ns
+        if not refused and self._refused == 0.0:
+            return
+        dt = 0.0 if before is None else (stamp_ns - before) * _SECONDS
+        if 0.0 < dt <= longest:
+            self._refused += _share(dt) * ((1.0 if refused else 0.0) - self._refused)
+
+    def evidence(self, settings: AlarmSettings) -> Evidence:
+        """Return whether a sensor is implausible now."""
+        refused, misfit = settings.implausible_rejections, settings.implausible_misfit
+        if self._opposed or self._contrary is Evidence.MET:
+            return Evidence.MET
+        if self._refused >= refused or self._worst_misfit >= misfit:
+            return Evidence.MET
+        if self._refused >= _HALF * refused or self._worst_misfit >= _HALF * misfit:
+            return Evidence.UNDECIDED
+        return self._contrary
+
+    def reason(self, settings: AlarmSettings) -> str:
+        """Say in words what is implausible, and what to look at."""
+        if self._opposed:
+            return (
+                "the pulleys seem to turn against each other: check the sign of their sensors "
+                "(driver.sign, driven.sign)"
+            )
+        if self._refused >= _HALF * settings.implausible_rejections:
+            at = "" if self._refused_sensor is None else f", {_words(self._refused_sensor)}"
+            return (
+                f"{100.0 * self._refused:.0f} % of the measurements are impossible{at}: check the "
+                "sensors, their wiring and units"
+            )
+        if self._worst_misfit >= _HALF * settings.implausible_misfit:
+            sensor = _NAMES[Index(int(np.argmax(self._misfits)))]
+            return (
+                f"what is measured does not fit together, which shows in the {sensor}: check for "
+                "a sensor that is stuck, late or of the wrong sign or scale"
+            )
+        if self._contrary is not Evidence.GONE:
+            return (
+                "the belt seems to slip against the power it transmits: check for a speed sensor "
+                "that is stuck, and the signs of the torques"
+            )
+        return "its readings fit again"
+
+
+def _opposed(estimate: BeltEstimate) -> bool:
+    """Whether the pulleys surely turn against each other."""
+    driver, driven = estimate.driver_speed, estimate.driven_speed
+    if driver.value * driven.value >= 0.0:
+        return False
+    slower = min(abs(driver.value), abs(driven.value))
+    faster = max(abs(driver.value), abs(driven.value))
+    return slower > _OPPOSED * faster
+
+
+def impossible_reading(measurement: Measurement, limits: SensorLimits) -> Sensor | None:
+    """Return the first reading that is infinite or out of range, or a speed if both are missing."""
+    m = measurement
+    largest = (
+        *(limits.greatest_speed,) * 2,
+        *(limits.greatest_torque,) * 2,
+        *(math.inf,) * 2,
+        *(limits.greatest_load,) * 3,
+    )
+    readings = (*m.speeds, *m.torques, *m.positions, *m.loads)
+    for sensor, reading, limit in zip(Sensor, readings, largest, strict=True):
+        if math.isinf(reading) or abs(reading) > limit:
+            return sensor
+    return Sensor.DRIVER_SPEED if all(map(math.isnan, m.speeds)) else None
+
+
+def _words(sensor: Sensor) -> str:
+    return sensor.name.lower().replace("_", " ")

@@ -1,0 +1,123 @@
+"""One step of the filter: members moved, compared with what was sensed, repeated if need be.
+
+How lively the load is decides what a difference is blamed on. A jump shows at once, and its step is
+repeated before anything is taken in. That a slow change has begun shows some steps later, and those
+are taken back and repeated.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.estimation.load_cells import LoadCells
+from belt_ros.estimation.population import Population
+from belt_ros.estimation.process import CreepChange, Wander, drift_processes
+from belt_ros.estimation.recent import RecentSteps, Step
+from belt_ros.estimation.sensing import Sensed
+from belt_ros.estimation.smoother import Moved
+from belt_ros.mechanics.constants import DriveConstants
+
+_Floats = NDArray[np.float64]
+# Innovation squared at which the load must have jumped, by its degrees of freedom: about as
+# improbable for one as for four.
+_SURPRISE = (math.inf, 26.3, 30.1, 33.2, 36.0, 45.0)
+_JUMPING = np.ones(2)  # activity of the load
+
+
+class Stepping:
+    """Move a population from measurement to measurement.
+
+    Parameters
+    ----------
+    constants : DriveConstants
+    population : Population
+    recent : RecentSteps
+        The steps that may have to be repeated.
+    load_cells : LoadCells
+
+    Attributes
+    ----------
+    wander : Wander
+        To be set before the first step.
+    surprises, seen : ndarray
+        Of the last step: innovation squared over its variance, for each of the states seen.
+    """
+
+    wander: Wander
+
+    def __init__(
+        self,
+        constants: DriveConstants,
+        population: Population,
+        recent: RecentSteps,
+        load_cells: LoadCells,
+    ) -> None:
+        self._constants = constants
+        self._population = population
+        self._recent = recent
+        self._load_cells = load_cells
+        self.surprises = np.zeros(0)
+        self.seen = np.zeros(0, dtype=np.int64)
+
+    def step(
+        self,
+        stamp_ns: int,
+        dt: float,
+        sensed: Sensed,
+        undeveloped: CreepChange,
+        activity: _Floats,
+    ) -> Step:
+        """Move every member by `dt` [s] and compare it with what was sensed at `stamp_ns` [ns].
+
+        `activity` (2,) is that of the load, see `LoadWander.follow`, more in a jump.
+        """
+        step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
+        if np.min(self._population.squared) > _SURPRISE[len(sensed.z)]:
+            # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
+            self._population.go_back(step.before)
+            activity = np.maximum(activity, _JUMPING)
+            step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
+        return step
+
+    def _moved(
+        self,
+        stamp_ns: int,
+        dt: float,
+        sensed: Sensed,
+        undeveloped: CreepChange,
+        activity: _Floats,
+    ) -> Step:
+        """Move every member, as its mode has it, and compare it with what was sensed."""
+        population = self._population
+        before = population.members()
+        processes = drift_processes(self.wander, self._constants, activity, undeveloped, dt)
+        crosses = population.predict(dt, processes, crosses=self._recent.recorder is not None)
+        self.surprises = population.compare(sensed)
+        self.seen = sensed.places
+        moved = Moved(population.means, population.covariances, crosses)
+        calm = float(activity[0]), float(activity[1])
+        return Step(stamp_ns, dt, before, sensed, undeveloped, activity, calm, processes, moved)
+
+    def take_in(self, sensed: Sensed) -> None:
+        """Take in what the last step has compared the members with."""
+        self._population.update(sensed)
+        self._population.weigh(self._population.squared)
+        self._load_cells.take_in(self._population, sensed)
+
+    def rewind(self, activity: _Floats) -> None:
+        """Repeat the last steps with the load's present activity, if it was taken for calmer.
+
+        That a load has begun to move shows some steps later; until then, the belt is blamed.
+        """
+        again = self._recent.taken_too_calm(np.minimum(activity, 1.0))
+        if not again:
+            return
+        self._population.go_back(again[0].before)
+        for step in again:
+            moving = np.maximum(step.activity, np.minimum(activity, 1.0))
+            repeated = self._moved(step.stamp_ns, step.dt, step.sensed, step.undeveloped, moving)
+            self._recent.append(repeated._replace(taken_in=step.taken_in))
+            if step.taken_in:
+                self.take_in(step.sensed)
+        self._population.summarise()

@@ -1,0 +1,284 @@
+"""One drive within the node: its publishers, services, inputs and memory around a `Pipeline`."""
+
+import math
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any
+
+import numpy as np
+from belt_msgs.msg import BeltState, SlipAlarm
+from belt_msgs.srv import RecordMaintenance
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.clock import Clock
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from std_srvs.srv import Trigger
+
+from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejection, Severity
+from belt_ros.estimation.calibration import CalibrationResult
+from belt_ros.node import services
+from belt_ros.node.conversions import alarm_message, state_message
+from belt_ros.node.diagnostics import REJECTION_ADVICE, memory_status
+from belt_ros.node.input_meter import InputReport
+from belt_ros.node.inputs import DriveInputs
+from belt_ros.node.memory import Memory
+from belt_ros.node.parameter_tables import DriveDescription, UnitSettings
+from belt_ros.node.pipeline import Pipeline
+from belt_ros.node.topic_hub import TopicHub
+from belt_ros.settings import DriveSettings
+
+_REJECTION_LOG_PERIOD = 10.0  # [s] for each reason
+_STATE_DEPTH = 100
+_SECOND_NS = 1_000_000_000
+_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+_Rows = Callable[..., None]
+
+
+class DriveUnit:
+    """One drive of a node.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+    name : str
+        Which its topics and services are named by; "" in a node of one drive.
+    steady : Clock
+    publish_rows : callable
+        Publishes rows of diagnostics.
+    """
+
+    def __init__(self, node: LifecycleNode, name: str, steady: Clock, publish_rows: _Rows) -> None:
+        self._node = node
+        self._prefix = f"{name}/" if name else ""
+        self._steady = steady
+        self._publish_rows = publish_rows
+        self._pipeline: Pipeline | None = None
+        self._memory: Memory | None = None
+        self._active = False
+        self._state_period_ns = 0
+        self._published_ns = -math.inf
+        self._rejections_logged: dict[Rejection, float] = {}
+        self._offer_services()
+
+    def _offer_services(self) -> None:
+        def offer(kind: type, name: str, answer: Callable[[Any], services.Answer]) -> None:
+            def respond(request: Any, response: Any) -> Any:
+                response.success, response.message = answer(request)
+                if response.success:
+                    self._node.get_logger().info(response.message)
+                return response
+
+            self._node.create_service(kind, f"~/{self._prefix}{name}", respond)
+
+        offer(Trigger, "reset", lambda _: services.reset(self._running, self._memory))
+        offer(
+            Trigger,
+            "acknowledge",
+            lambda _: services.acknowledge(self._running, self._publish_alarm),
+        )
+        offer(Trigger, "calibrate", lambda _: services.calibrate(self._running))
+        offer(RecordMaintenance, "record_maintenance", self.record_maintenance)
+
+    @property
+    def drive_name(self) -> str:
+        """Name of the drive in messages; "" while it is not configured."""
+        return "" if self._pipeline is None else self._pipeline.drive_name
+
+    @property
+    def pipeline(self) -> Pipeline | None:
+        """What its measurements go through; None while it is not configured."""
+        return self._pipeline
+
+    @property
+    def _running(self) -> Pipeline | None:
+        """The pipeline, while it is to be used."""
+        return self._pipeline if self._active else None
+
+    def record_maintenance(self, request: RecordMaintenance.Request) -> services.Answer:
+        """Take in what was done to the belt."""
+        return services.record_maintenance(self._pipeline, self._memory, request)
+
+    def configure(
+        self, description: DriveDescription, memory_period: float, hub: TopicHub, made: ExitStack
+    ) -> None:
+        """Make ready; what is made is destroyed when `made` is closed."""
+        settings, unit = description.drive, description.unit
+        self._make_publishers(made)
+        self._state_period_ns = round(unit.state_period * _SECOND_NS)
+        self._inputs = DriveInputs(
+            hub,
+            unit.input,
+            self._prefix,
+            (settings.driver, settings.driven),
+            unit.input_reorder_window,
+            unit.input_slop,
+            self._take,
+        )
+        self._pipeline = Pipeline(
+            self._node.get_name(), self._inputs.sources, settings, unit.input_skew
+        )
+        self._open_memory(self._pipeline, unit, memory_period, made)
+
+    def _make_publishers(self, made: ExitStack) -> None:
+        create = self._node.create_lifecycle_publisher
+        overridable = QoSOverridingOptions.with_default_policies()
+        self._state_publisher = create(
+            BeltState,
+            f"~/{self._prefix}state",
+            QoSProfile(depth=_STATE_DEPTH),
+            qos_overriding_options=overridable,
+        )
+        self._alarm_publisher = create(
+            SlipAlarm, f"~/{self._prefix}alarm", _LATCHED, qos_overriding_options=overridable
+        )
+        for publisher in (self._state_publisher, self._alarm_publisher):
+            made.callback(self._node.destroy_lifecycle_publisher, publisher)
+
+    def _open_memory(
+        self, pipeline: Pipeline, unit: UnitSettings, period: float, made: ExitStack
+    ) -> None:
+        if unit.memory_file is None:
+            return
+        logger = self._node.get_logger()
+        self._memory = Memory(unit.memory_file, pipeline, logger.warning)
+        restored = self._memory.restore()
+        if restored:
+            logger.info(restored)
+        timer = self._node.create_timer(period, self._memory.save, clock=self._steady)
+        made.callback(self._node.destroy_timer, timer)
+
+    def activate(self) -> str:
+        """Begin to estimate and publish; return what is listened on."""
+        if self._pipeline is None:
+            return "nothing"
+        self._pipeline.begin()
+        self._inputs.begin()
+        self._active = True
+        return ", ".join(self._inputs.sources)
+
+    def deactivate(self) -> None:
+        """Estimate and publish nothing; what has been learned is kept."""
+        self._active = False
+        if self._memory is not None:
+            self._memory.finish()
+
+    def release(self) -> None:
+        """Keep what has been learned, and return to unconfigured."""
+        self._active = False
+        if self._memory is not None:
+            self._memory.close()
+            self._memory = None
+        self._pipeline = None
+
+    def retune(self, settings: DriveSettings) -> None:
+        """Use other noise, drift, limits and alarm thresholds from now on."""
+        if self._pipeline is not None:
+            self._pipeline.retune(settings)
+
+    def reset_after_jump(self, now_ns: int) -> bool:
+        """Start anew if ROS time is back behind the estimate; whether that was so."""
+        if self._pipeline is None:
+            return False
+        self._inputs.begin()
+        return self._pipeline.reset_after_jump(now_ns)
+
+    def _hear(self, source: str, stamp_ns: int | None) -> None:
+        """Count a message as it comes, whatever becomes of it."""
+        pipeline = self._running
+        if pipeline is not None:
+            pipeline.hear(source, stamp_ns, self._now_ns())
+
+    def _now_ns(self) -> int:
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def _take(self, ready: Measurement | Rejection, source: str, stamp_ns: int) -> None:
+        """Take in what an input has ready."""
+        pipeline = self._running
+        if pipeline is None:
+            return
+        try:
+            outcome = pipeline.take(ready, stamp_ns, self._now_ns())
+        except (ArithmeticError, np.linalg.LinAlgError) as error:
+            self._node.get_logger().error(
+                f"estimation failed, starting anew at the priors: {error}"
+            )
+            pipeline.reset()
+            return
+        if outcome.reason is not Rejection.NONE:
+            self._log_rejection(outcome.reason, source)
+        elif outcome.estimate is not None:
+            due = outcome.alarm is not None
+            self._publish_state(pipeline.drive_name, outcome.estimate, due=due)
+        if outcome.alarm is not None:
+            self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
+        if outcome.calibration is not None:
+            self._tell_calibration(pipeline, outcome.calibration)
+
+    def watch(self) -> None:
+        """Take in what has waited too long, and notice silence; to be called on steady time."""
+        pipeline = self._running
+        if pipeline is None:
+            return
+        self._inputs.flush()
+        outcome = pipeline.watch(self._now_ns())
+        if outcome.alarm is not None:
+            self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
+
+    def _publish_state(self, drive_name: str, estimate: BeltEstimate, *, due: bool) -> None:
+        since = estimate.stamp_ns - self._published_ns
+        if not due and 0 <= since < self._state_period_ns:
+            return
+        self._published_ns = estimate.stamp_ns
+        if self._state_publisher.get_subscription_count() > 0:
+            self._state_publisher.publish(state_message(drive_name, estimate))
+
+    def _raise(self, pipeline: Pipeline, alarm: AlarmStatus, *, worsened: bool) -> None:
+        """Publish and log an alarm that has changed."""
+        self._publish_alarm(alarm)
+        logger = self._node.get_logger()
+        if alarm.severity >= Severity.ALARM:
+            logger.error(alarm.message)
+        elif alarm.severity == Severity.WARNING:
+            logger.warning(alarm.message)
+        else:
+            logger.info(alarm.message)
+        if worsened:
+            self._publish_rows(pipeline.drive_status())
+
+    def _publish_alarm(self, alarm: AlarmStatus) -> None:
+        self._alarm_publisher.publish(alarm_message(self.drive_name, alarm))
+
+    def _tell_calibration(self, pipeline: Pipeline, result: CalibrationResult) -> None:
+        logger = self._node.get_logger()
+        if result.ratio_bias is None:
+            logger.warning(result.message)
+        else:
+            logger.info(result.message)
+        self._publish_rows(pipeline.calibration_status())
+
+    def _log_rejection(self, reason: Rejection, source: str) -> None:
+        now = self._steady.now().nanoseconds * 1e-9
+        if now - self._rejections_logged.get(reason, -math.inf) >= _REJECTION_LOG_PERIOD:
+            self._rejections_logged[reason] = now
+            self._node.get_logger().warning(
+                f"{self.drive_name}: measurement rejected from {source}, "
+                f"{reason.name.lower().replace('_', ' ')}: {REJECTION_ADVICE[reason]}"
+            )
+
+    def diagnostics(self) -> tuple[list[DiagnosticStatus | None], InputReport | None]:
+        """Return the drive's rows, and what came in the period that ends now."""
+        pipeline = self._running
+        if pipeline is None:
+            return [], None
+        kept = None
+        if self._memory is not None:
+            kept = memory_status(self._node.get_name(), pipeline.drive_name, self._memory.report())
+        report = pipeline.input_report()
+        rows = [
+            pipeline.drive_status(),
+            pipeline.input_status(report),
+            kept,
+            pipeline.calibration_status(),
+        ]
+        return rows, report

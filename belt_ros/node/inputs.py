@@ -1,0 +1,203 @@
+"""One drive's input: which topics, as what messages, and how they become measurements."""
+
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from typing import Any, NamedTuple
+
+from belt_msgs.msg import PulleyState
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64
+
+from belt_ros.estimation import Joint, Measurement, Rejection
+from belt_ros.estimation.assembler import Assembler, Dropped
+from belt_ros.estimation.joint_readings import JointReadings
+from belt_ros.node.conversions import (
+    measurement_from_joint_state,
+    nanoseconds,
+    reading,
+    reading_from_driven_state,
+    reading_from_driver_state,
+    stamp_is_possible,
+)
+from belt_ros.node.parameter_tables import InputKind
+from belt_ros.node.topic_hub import TopicHub
+
+Take = Callable[[Measurement | Rejection, str, int], None]
+Heard = Callable[[str, int | None], None]
+_MOST_WAITING = 10_000  # samples: ten topics of 1 kHz for a second
+_MOTION = ("speed", "torque", "position")
+_LOADS = {
+    "driver/hub_load": "driver_hub_load",
+    "driven/hub_load": "driven_hub_load",
+    "driven/span_tension": "span_tension",
+}
+
+
+class _Feed(NamedTuple):
+    """One topic. `read` makes a sample of a message, given the time it came [ns]."""
+
+    topic: str
+    message_type: type
+    read: Callable[[Any, int], Measurement | Rejection]
+    stamped: bool = True
+
+
+def _number(channel: str, message: Float64, now_ns: int) -> Measurement | Rejection:
+    return reading(now_ns, {channel: message.data})
+
+
+def _numbers(channels: Iterable[tuple[str, str]], prefix: str) -> Iterator[_Feed]:
+    for topic, channel in channels:
+        yield _Feed(prefix + topic, Float64, partial(_number, channel), stamped=False)
+
+
+def _feeds(
+    kind: InputKind, prefix: str, driver: Joint, driven: Joint, *, loads: bool
+) -> Iterator[_Feed]:
+    if kind is InputKind.JOINT_STATE:
+        yield _Feed(
+            "joint_states",
+            JointState,
+            lambda message, _: measurement_from_joint_state(driver, driven, message),
+        )
+    elif kind is InputKind.PULLEY_STATE:
+        yield _Feed(
+            f"{prefix}driver/state",
+            PulleyState,
+            lambda message, _: reading_from_driver_state(message),
+        )
+        yield _Feed(
+            f"{prefix}driven/state",
+            PulleyState,
+            lambda message, _: reading_from_driven_state(message),
+        )
+    else:
+        pairs = [(pulley, what) for pulley in ("driver", "driven") for what in _MOTION]
+        yield from _numbers(((f"{p}/{what}", f"{p}_{what}") for p, what in pairs), prefix)
+    if loads and kind is not InputKind.PULLEY_STATE:
+        yield from _numbers(_LOADS.items(), prefix)
+
+
+class DriveInputs:
+    """Subscribe to one drive's topics and make measurements of what comes.
+
+    ============  =====================================================================
+    kind          topics
+    ============  =====================================================================
+    JOINT_STATE   ``joint_states`` (sensor_msgs/JointState), without the prefix
+    PULLEY_STATE  ``driver/state``, ``driven/state`` (belt_msgs/PulleyState)
+    FLOAT64       ``driver/speed``, ``driver/torque``, ``driver/position`` and the same
+                  of ``driven`` (std_msgs/Float64)
+    ============  =====================================================================
+
+    Names are relative. A Float64 has no stamp and gets the node's ROS time when it comes.
+
+    Parameters
+    ----------
+    hub : TopicHub
+    kind : InputKind
+    prefix : str
+        What stands before the names of the topics, e.g. ``drive_name/``.
+    joints : tuple of Joint
+        How driver and driven pulley appear in the messages, of whatever kind.
+    window, slop : float
+        As in `Assembler` [s].
+    take : callable
+        Called with a measurement, or with the reason why a message is none; the topic whose message
+        this is or has released (empty: none has, but a `flush`); and the stamp [ns].
+    disorder, gap : float
+        As in `Assembler` [s].
+    loads : bool
+        Whether hub loads and span tension come as Float64 on ``driver/hub_load``,
+        ``driven/hub_load`` and ``driven/span_tension``; a PulleyState carries them itself.
+    heard : callable, optional
+        Called with topic and stamp [ns] of every message as it comes, before `take`; the stamp is
+        None where it is no time.
+
+    Raises
+    ------
+    SettingsError
+        If a topic cannot be subscribed to.
+    ValueError
+        If a time is negative or not finite.
+    """
+
+    def __init__(
+        self,
+        hub: TopicHub,
+        kind: InputKind,
+        prefix: str,
+        joints: tuple[Joint, Joint],
+        window: float,
+        slop: float,
+        take: Take,
+        *,
+        disorder: float = 0.0,
+        gap: float = 1.0,
+        loads: bool = False,
+        heard: Heard | None = None,
+    ) -> None:
+        self._hub = hub
+        self._take = take
+        self._heard = heard
+        self._at_joints = kind is not InputKind.JOINT_STATE
+        self._joints = joints
+        feeds = tuple(_feeds(kind, prefix, *joints, loads=loads))
+        self._assembler_of = partial(
+            Assembler, window, slop, len(feeds), _MOST_WAITING, disorder, gap
+        )
+        self.begin()
+        self._sources = tuple(
+            hub.subscribe(feed.message_type, feed.topic, partial(self._hear, place, feed))
+            for place, feed in enumerate(feeds)
+        )
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Full names of the topics."""
+        return self._sources
+
+    @property
+    def pending(self) -> int:
+        """Number of messages that wait for others."""
+        return self._assembler.pending
+
+    def begin(self) -> None:
+        """Forget what has come so far."""
+        self._assembler = self._assembler_of()
+        self._readings = JointReadings(*self._joints)
+        self._quiet = True
+
+    def flush(self) -> None:
+        """Release what waits if nothing has come since the last call.
+
+        To be called by a steady timer, no more often than once in a window: then nothing waits for
+        longer than two, also when the stamps stand still.
+        """
+        if self._quiet and self._assembler.pending:
+            self._pass_on(self._assembler.flush(), "")
+        self._quiet = True
+
+    def _hear(self, place: int, feed: _Feed, message: Any) -> None:
+        self._quiet = False
+        topic = self._sources[place]
+        if feed.stamped:
+            stamp_ns = nanoseconds(message.header.stamp)
+            possible = stamp_is_possible(message.header.stamp)
+        else:
+            stamp_ns, possible = self._hub.now_ns(), True
+        if self._heard is not None:
+            self._heard(topic, stamp_ns if possible else None)
+        sample = feed.read(message, stamp_ns)
+        if isinstance(sample, Rejection):
+            self._take(sample, topic, stamp_ns)
+        else:
+            self._pass_on(self._assembler.add(place, sample), topic)
+
+    def _pass_on(self, ready: Iterable[Measurement | Dropped], topic: str) -> None:
+        for item in ready:
+            if isinstance(item, Dropped):
+                self._take(Rejection.OUT_OF_ORDER, self._sources[item.source], item.stamp_ns)
+                continue
+            measured = self._readings.at_pulleys(item) if self._at_joints else item
+            self._take(measured, topic, item.stamp_ns)

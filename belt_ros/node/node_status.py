@@ -1,0 +1,75 @@
+"""The node's own row of diagnostics: what all its inputs bring, and what they cost (REP-107)."""
+
+import math
+from collections.abc import Sequence
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from belt_ros.estimation import Rejection
+from belt_ros.node.diagnostics import status_row
+from belt_ros.node.input_meter import InputReport
+
+_BUSY = 0.8  # share of the time at which estimation leaves too little for the rest
+_LATE = 0.1  # [s]
+
+
+def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticStatus:
+    """Return the row of the node.
+
+    Parameters
+    ----------
+    node_name : str
+    reports : sequence of InputReport
+        Of every drive that is active, over the same period.
+    """
+    received = sum(report.received for report in reports)
+    period = max((report.period for report in reports), default=0.0)
+    values: dict[str, float] = {
+        "drives": len(reports),
+        "silent drives": sum(report.received == 0 for report in reports),
+        "input rate [Hz]": sum(report.rate for report in reports),
+    }
+    busy = 0.0
+    if received:
+        spent = sum(report.processing_mean * report.received for report in _heard(reports))
+        busy = spent / period if period > 0.0 else 0.0
+        values["processing share [-]"] = busy
+        values["processing mean [ms]"] = 1e3 * spent / received
+        values["processing max [ms]"] = 1e3 * max(r.processing_max for r in _heard(reports))
+        late = sum(report.latency_mean * report.received for report in _heard(reports))
+        values["latency mean [ms]"] = 1e3 * late / received
+        values["latency max [ms]"] = 1e3 * max(r.latency_max for r in _heard(reports))
+    for reason in Rejection:
+        if reason is not Rejection.NONE:
+            words = reason.name.lower().replace("_", " ")
+            values[f"rejected {words}"] = sum(report.rejected[reason] for report in reports)
+    level, message = _judge(reports, busy, values.get("latency mean [ms]", math.nan) * 1e-3)
+    return status_row(f"{node_name}: node", node_name, level, message, values)
+
+
+def _heard(reports: Sequence[InputReport]) -> list[InputReport]:
+    return [report for report in reports if report.received]
+
+
+def _judge(reports: Sequence[InputReport], busy: float, latency: float) -> tuple[bytes, str]:
+    silent = sum(report.received == 0 for report in reports)
+    if silent == len(reports):
+        return DiagnosticStatus.STALE, "no drive sends anything: see the rows of the inputs"
+    if busy > _BUSY:
+        return (
+            DiagnosticStatus.WARN,
+            f"estimation takes {busy:.0%} of the time: lower the input's rate, or divide the "
+            "drives between several nodes",
+        )
+    if latency > _LATE:
+        return (
+            DiagnosticStatus.WARN,
+            f"messages are {latency:.2f} s old when they arrive: check the clocks of sender and "
+            "receiver, and the load of this machine",
+        )
+    rejected = sum(sum(report.rejected) for report in reports)
+    count = f"{len(reports)} drives" if len(reports) != 1 else "1 drive"
+    level = DiagnosticStatus.WARN if silent or rejected else DiagnosticStatus.OK
+    trouble = [f"{silent} silent"] if silent else []
+    trouble += [f"{rejected} measurements rejected"] if rejected else []
+    return level, ", ".join([count, *trouble])

@@ -1,0 +1,112 @@
+"""One subscription for each topic, however many drives listen to it."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from typing import Any, NamedTuple
+
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+
+from belt_ros.parameter_table import SettingsError
+
+Listener = Callable[[Any], None]
+_OVERRIDES = {"history": HistoryPolicy, "reliability": ReliabilityPolicy}
+
+
+class _Shared(NamedTuple):
+    subscription: "Subscription[Any]"
+    listeners: list[Listener]
+
+
+class TopicHub:
+    """Subscribe once to each topic and hand its messages to all who listen.
+
+    So a message for many drives, such as a joint state, is received and deserialised once.
+
+    Parameters
+    ----------
+    node : Node
+    reliability : str
+        Of every subscription: ``"best_effort"`` or ``"reliable"``. Parameters
+        `qos_overrides.<topic>.subscription.reliability`, `depth` and `history` go before this and
+        `depth`. They are declared at the first subscription to a topic, and stay as they are while
+        the node lives.
+    depth : int
+        Of every subscription's queue.
+    made : ExitStack
+        Destroys the subscriptions when it is closed.
+    """
+
+    def __init__(self, node: Node, reliability: str, depth: int, made: ExitStack) -> None:
+        self._node = node
+        self._reliability = ReliabilityPolicy[reliability.upper()]
+        self._depth = depth
+        self._shared: dict[tuple[str, type], _Shared] = {}
+        made.callback(self.close)
+
+    def close(self) -> None:
+        """Destroy all subscriptions."""
+        while self._shared:
+            _, shared = self._shared.popitem()
+            shared.listeners.clear()
+            self._node.destroy_subscription(shared.subscription)
+
+    def now_ns(self) -> int:
+        """Return the node's ROS time [ns]."""
+        return int(self._node.get_clock().now().nanoseconds)
+
+    def subscribe(self, message_type: type, topic: str, listener: Listener) -> str:
+        """Hand every message on `topic` to `listener`; return the topic's full name.
+
+        Raises
+        ------
+        SettingsError
+            If the name is no topic's, or a `qos_overrides` parameter of it cannot be used.
+        """
+        try:
+            name = self._node.resolve_topic_name(topic)
+        except (InvalidTopicNameException, RuntimeError, ValueError) as error:
+            raise SettingsError(f"{topic!r} is no name of a topic: {error}") from error
+        key = name, message_type
+        if key not in self._shared:
+            self._check_overrides(name)
+            listeners: list[Listener] = []
+            subscription = self._node.create_subscription(
+                message_type,
+                topic,
+                _fan_out(listeners),
+                QoSProfile(depth=self._depth, reliability=self._reliability),
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
+            self._shared[key] = _Shared(subscription, listeners)
+        self._shared[key].listeners.append(listener)
+        return name
+
+    def _check_overrides(self, topic: str) -> None:
+        """Refuse what rclpy would end the transition for, or give to DDS as it is."""
+        for policy in ("history", "reliability", "depth"):
+            parameter = f"qos_overrides.{topic}.subscription.{policy}"
+            if not self._node.has_parameter(parameter):
+                continue
+            value: object = self._node.get_parameter(parameter).value
+            if policy == "depth":
+                usable = isinstance(value, int) and not isinstance(value, bool) and value > 0
+                wanted = "a positive whole number"
+            else:
+                names = [name.lower() for name in _OVERRIDES[policy].__members__]
+                names.remove("unknown")
+                usable = isinstance(value, str) and value.lower() in names
+                wanted = f"one of {', '.join(names)}"
+            if not usable:
+                raise SettingsError(f"{parameter} is {value!r}; it must be {wanted}")
+
+
+def _fan_out(listeners: list[Listener]) -> Listener:
+    def hand_out(message: Any) -> None:
+        for listener in listeners:
+            listener(message)
+
+    return hand_out

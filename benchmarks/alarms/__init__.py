@@ -1,0 +1,1 @@
+"""Whether the alarms warn before the belt slips, and only then."""

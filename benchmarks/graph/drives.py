@@ -1,0 +1,120 @@
+"""Many drives in one process, by one joint state of all joints: what it costs, if it keeps up."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import yaml
+
+from belt_ros.settings import load_settings, read_parameters
+from benchmarks.estimation.judged import SOURCES
+from benchmarks.estimation.report import verdicts
+from benchmarks.graph.bench import INPUT, NODE_NAME, bench
+from benchmarks.graph.counter import Heard
+from benchmarks.graph.plan import Block, Plan
+from benchmarks.graph.rate import WARM_UP
+from benchmarks.graph.signals import loaded
+
+_ALL = 0.999  # of the states that should come, for a node that keeps up
+_LATE = 0.1  # [s] by which the slowest hundredth may be late
+
+
+class Drives(NamedTuple):
+    """One run."""
+
+    case: str
+    sources: str
+    drives: int
+    rate: float  # of each drive [Hz]
+    expected: int  # states, in the time that counts
+    states: int
+    p50: float  # from stamp to arrival [us]
+    p99: float  # [us]
+    longest: float  # [us]
+    lag: float  # median of the last second [us]; it grows if the node cannot keep up
+    processor: float  # share of one core
+    growth: int  # of the memory [B]
+
+
+def drive_names(count: int) -> tuple[str, ...]:
+    """Return the drives' names."""
+    return tuple(f"drive_{number}" for number in range(count))
+
+
+def several_parameters(params: Path, count: int) -> dict[str, object]:
+    """Return the parameters of a node of so many drives like that of a file, but for the joints."""
+    common = {name: value for name, value in read_parameters(params).items() if name != "name"}
+    settings = load_settings(params)
+    parameters: dict[str, object] = {"drives": list(drive_names(count)), **common}
+    for number, name in enumerate(drive_names(count)):
+        parameters[f"{name}.driver.joint"] = f"{settings.driver.name}_{number}"
+        parameters[f"{name}.driven.joint"] = f"{settings.driven.name}_{number}"
+    return parameters
+
+
+def run_drives(params: Path, count: int, rate: float, seconds: float, depth: int) -> Drives:
+    """Run so many drives in one node."""
+    cycle = loaded(load_settings(params), rate).repeated(count)
+    states = tuple(f"{NODE_NAME}/{name}/state" for name in drive_names(count))
+    with bench() as place:
+        written = place.folder / "drives.yaml"
+        parameters = several_parameters(params, count)
+        written.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+        node = place.start_node(written, input_reliability="reliable", input_depth=depth)
+        counts = Block((INPUT,), rate, seconds, node.pid)
+        blocks = (counts._replace(seconds=WARM_UP, pause=0.0), counts)
+        plan = Plan(cycle.joints, cycle.save(place.folder), blocks)
+        (_, run), heard, memory = place.run(plan, states, node)
+    counted = [each.between(run.first_ns, run.last_ns) for each in heard]
+    delays = _microseconds(counted)
+    ending = [each.between(run.last_ns - 1_000_000_000, run.last_ns) for each in counted]
+    p50, p99, longest = np.quantile(delays, (0.5, 0.99, 1.0)).tolist()
+    return Drives(
+        case=f"{count} drives at {rate:g} Hz",
+        sources=SOURCES,
+        drives=count,
+        rate=rate,
+        expected=run.ticks * count,
+        states=sum(np.unique(each.stamps).size for each in counted),
+        p50=p50,
+        p99=p99,
+        longest=longest,
+        lag=float(np.median(_microseconds(ending))),
+        processor=run.processor_ns / (run.last_ns - run.first_ns + counts.pause * 1e9),
+        growth=memory.growth(run.first_ns, run.last_ns),
+    )
+
+
+def _microseconds(heard: list[Heard]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    delays = np.concatenate([each.delays for each in heard]) * 1e6
+    return delays if delays.size else np.full(1, np.nan)
+
+
+def drives_verdicts(rows: list[Drives]) -> list[str]:
+    """Return what was to be reached, and what was."""
+    return verdicts(
+        [
+            (
+                f"{row.case}: every state, 99 % of them within {_LATE:g} s",
+                f"{row.states / row.expected:.2%}, p99 {row.p99 * 1e-6:.3f} s",
+                row.states >= _ALL * row.expected and row.p99 * 1e-6 <= _LATE,
+            )
+            for row in rows
+        ]
+    )
+
+
+def drives_lines(rows: list[Drives]) -> tuple[list[str], list[list[str]]]:
+    """Return head and lines of the table."""
+    head = ["run", "states", "of", "p50 [us]", "p99 [us]", "longest [ms]", "lag at the end [ms]"]
+    head += ["processor", "memory [MB]"]
+    lines = [
+        [
+            row.case,
+            *(str(row.states), str(row.expected), f"{row.p50:.0f}", f"{row.p99:.0f}"),
+            *(f"{row.longest * 1e-3:.1f}", f"{row.lag * 1e-3:.1f}", f"{row.processor:.0%}"),
+            f"{row.growth / 1e6:+.2f}",
+        ]
+        for row in rows
+    ]
+    return head, lines

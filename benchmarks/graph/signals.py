@@ -1,0 +1,62 @@
+"""What the sender sends: a drive's joint states, from the rig, as one cycle to be repeated."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from belt_ros.mechanics import torque_capacity
+from belt_ros.rig import simulate
+from belt_ros.rig.scenario import scenario_from_mapping
+from belt_ros.settings import DriveSettings
+
+SPEED = 120.0  # [rad/s]
+_LEVELS = (0.3, 0.8, 0.5)  # of the capacity
+_LEVEL = 2.0  # [s] that each lasts
+_RISE = 0.2  # [s] from one to the next
+_DURATION = _LEVEL * len(_LEVELS)
+_SETTLED = 1.0  # [s] of running before the cycle begins
+
+_Floats = NDArray[np.float64]
+
+
+class Cycle(NamedTuple):
+    """Joint states at even intervals, whose last leads on to the first."""
+
+    joints: tuple[str, ...]
+    numbers: _Floats  # (samples, 2, joints): velocities [rad/s], efforts [N m]
+
+    def repeated(self, drives: int) -> "Cycle":
+        """Return the joint states of several such drives in one message."""
+        joints = tuple(f"{joint}_{k}" for k in range(drives) for joint in self.joints)
+        return Cycle(joints, np.tile(self.numbers, (1, 1, drives)))
+
+    def save(self, folder: Path) -> str:
+        """Write the numbers; return the file's name."""
+        path = folder / "cycle.npy"
+        np.save(path, np.ascontiguousarray(self.numbers))
+        return str(path)
+
+
+def loaded(settings: DriveSettings, rate: float) -> Cycle:
+    """Return a drive that is loaded in levels, sampled at `rate` [Hz]."""
+    capacity = float(torque_capacity(settings.drive, settings.prior.tension, SPEED))
+    load = [[0.0, _LEVELS[-1] * capacity]]
+    for number, share in enumerate(_LEVELS):
+        begin = _SETTLED + _LEVEL * number
+        load += [[begin, load[-1][1]], [begin + _RISE, share * capacity]]
+    values: dict[str, object] = {
+        "duration": _SETTLED + _DURATION,
+        "sample_rate": rate,
+        "seed": 1.0,
+        "speed": SPEED,
+        "load": load,
+    }
+    samples = simulate(settings, scenario_from_mapping(values, settings))
+    rows = [(each.joints.velocities, each.joints.efforts) for each in samples]
+    return Cycle((settings.driver.name, settings.driven.name), np.array(rows[-_samples(rate) :]))
+
+
+def _samples(rate: float) -> int:
+    return round(_DURATION * rate)

@@ -1,0 +1,99 @@
+"""Verdicts and pages of the benchmark on the graph, and one short run of it."""
+
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rclpy", reason="ROS 2 is not installed")
+pytest.importorskip("belt_msgs", reason="belt_msgs is not built")
+
+from belt_ros.settings import load_settings
+from benchmarks.graph import drives, kill, latency, rate, stages
+from benchmarks.graph.parts import PARTS
+from benchmarks.graph.program import ROOT
+from benchmarks.graph.results import keep
+
+PAPER = ROOT / "config" / "paper_drive.yaml"
+RATE = rate.Rate("1000 Hz", "code", 1000, 998, 2, 900, 900, 300.0, 900.0, 2e3, 5000, 0.1, 0.2)
+DRIVES = drives.Drives("50 drives", "code", 50, 100.0, 5000, 5000, 300.0, 900.0, 2e3, 300.0, 0.5, 0)
+KILL = kill.Kill("100 Hz", 0, "code", 0, 3.0, 2.0, 0.02, 1.0, 2, 2, 1.0, 1.0)
+STAGE = stages.Stage("BeltMonitor.step", "code", 100, 50.0, 60.0)
+
+
+def turn(program: str, number: int, p50: float, processor: float) -> latency.Turn:
+    return latency.Turn("100 Hz", program, number, "code", 200, 200, p50, 2 * p50, processor)
+
+
+TURNS = [
+    turn("node", 0, 300.0, 200.0),
+    turn("relay", 0, 200.0, 100.0),
+    turn("node", 1, 320.0, 250.0),
+    turn("relay", 1, 200.0, 100.0),
+]
+ROWS = {"rate": [RATE], "latency": TURNS, "drives": [DRIVES], "kill": [KILL], "stages": [STAGE]}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_rows_survive_the_file_and_are_renewed_by_case(name: str, tmp_path: Path) -> None:
+    first = keep(PARTS[name], ROWS[name], tmp_path)
+    again = keep(PARTS[name], ROWS[name], tmp_path)
+    assert first == again == (tmp_path / f"graph_{name}.md").read_text(encoding="utf-8")
+    other = keep(PARTS[name], [row._replace(case="other") for row in ROWS[name]], tmp_path)
+    assert len(other.splitlines()) > len(first.splitlines()) or name in ("kill", "stages")
+    lines = (tmp_path / f"graph_{name}.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + 2 * len(ROWS[name])
+
+
+def refused(lines: list[str]) -> int:
+    return sum("**no**" in line for line in lines)
+
+
+def test_a_lost_message_and_grown_memory_are_told() -> None:
+    assert refused(rate.rate_verdicts([RATE])) == 0
+    assert refused(rate.rate_verdicts([RATE._replace(accepted=997)])) == 1
+    assert refused(rate.rate_verdicts([RATE._replace(states=899)])) == 1
+    assert refused(rate.rate_verdicts([RATE._replace(growth=2_000_000)])) == 1
+
+
+def test_latency_is_judged_by_ratios_of_neighbouring_turns() -> None:
+    lines = "\n".join(latency.latency_verdicts(TURNS))
+    assert "1.55 | yes" in lines
+    assert "2.25 | yes" in lines
+    slow = [row._replace(p50=500.0) if row.program == "node" else row for row in TURNS]
+    assert refused(latency.latency_verdicts(slow)) == 1
+
+
+def test_unanswered_messages_spoil_the_ratios() -> None:
+    silent = [row._replace(states=100) if row.program == "node" else row for row in TURNS]
+    assert refused(latency.latency_verdicts(silent)) == 2
+
+
+def test_drives_that_lag_or_miss_states_are_told() -> None:
+    assert refused(drives.drives_verdicts([DRIVES])) == 0
+    assert refused(drives.drives_verdicts([DRIVES._replace(states=4000)])) == 1
+    assert refused(drives.drives_verdicts([DRIVES._replace(p99=2e5)])) == 1
+
+
+def test_kills_are_judged_by_what_is_back() -> None:
+    assert refused(kill.kill_verdicts([KILL])) == 0
+    assert refused(kill.kill_verdicts([KILL, KILL._replace(back=1.5)])) == 1
+    assert refused(kill.kill_verdicts([KILL, KILL._replace(known_after=1)])) == 1
+    assert refused(kill.kill_verdicts([KILL, KILL._replace(stiffness=3.0)])) == 1
+    assert refused(kill.kill_verdicts([KILL._replace(while_starting=1)])) == 3
+
+
+@pytest.mark.ros
+@pytest.mark.slow
+def test_a_short_run_at_a_low_rate_loses_nothing() -> None:
+    run = rate.run_rate(PAPER, 50.0, 2.0, depth=200, warm_up=1.0)
+    assert (run.sent, run.expected) == (150, 100)
+    assert run.accepted + run.rejected == 150
+    assert run.states == 100
+    assert 0.0 < run.p50 <= run.p99 <= run.longest
+
+
+def test_parameters_of_several_drives_describe_each() -> None:
+    values = drives.several_parameters(PAPER, 3)
+    names = drives.drive_names(3)
+    assert values["drives"] == list(names)
+    assert len({load_settings(PAPER, values, drive=name).driver.name for name in names}) == 3

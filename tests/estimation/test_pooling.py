@@ -1,0 +1,122 @@
+"""Fast input is pooled: what its mean is, when it is handed on, and that nothing is lost."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from belt_ros.estimation import Measurement
+from belt_ros.estimation.pooling import Pool
+
+MILLISECOND = 1_000_000
+PERIOD = 0.01  # [s]
+
+
+def at(milliseconds: float, speed: float = 100.0, **others: float) -> Measurement:
+    return Measurement(round(milliseconds * MILLISECOND), speed, speed - 1.0, **others)
+
+
+def test_a_span_of_fast_input_becomes_its_mean_at_its_last_stamp() -> None:
+    pool = Pool(PERIOD)
+    pool.take(at(9.0))
+    taken = [pool.take(at(10.0 + k, speed=100.0 + k)) for k in range(10)]
+
+    assert taken[:9] == [()] * 9
+    (mean,) = taken[9]
+    assert (mean.stamp_ns, mean.pooled) == (19 * MILLISECOND, 10)
+    assert mean.speeds == pytest.approx((104.5, 103.5))
+    assert mean.samples[:2] == (10, 10)
+    assert math.isnan(mean.driver_torque)
+
+
+@pytest.mark.parametrize("interval", [9.5, 10.0, 25.0, 400.0])
+def test_slow_input_passes_untouched(interval: float) -> None:
+    pool = Pool(PERIOD)
+    for k in range(1, 20):
+        measurement = at(k * interval)
+        assert pool.take(measurement) == (measurement,)
+
+
+def test_a_period_of_nothing_pools_nothing() -> None:
+    pool = Pool(0.0)
+    assert all(len(pool.take(at(1.0 + 0.25 * k))) == 1 for k in range(50))
+
+
+@pytest.mark.parametrize("stamp", [3.0, 12.0, 500.0])
+def test_what_is_pooled_goes_before_a_stamp_that_does_not_follow(stamp: float) -> None:
+    pool = Pool(PERIOD)
+    pool.take(at(9.0))
+    for k in range(3):
+        pool.take(at(10.0 + k))
+    odd = at(stamp, speed=7.0)
+
+    mean, after = pool.take(odd)
+    assert (mean.pooled, mean.stamp_ns, mean.driver_speed) == (3, 12 * MILLISECOND, 100.0)
+    assert after is odd
+
+
+def test_each_sensor_counts_its_own_samples() -> None:
+    pool = Pool(PERIOD)
+    pool.take(at(9.0))
+    taken = ()
+    for k in range(10):
+        torque = {"driver_torque": 4.0 + k} if k % 5 == 0 else {}
+        taken = pool.take(at(10.0 + k, **torque))
+
+    (mean,) = taken
+    assert mean.driver_torque == 6.5
+    assert mean.samples[2] == 2
+    assert mean.samples[0] == 10
+
+
+def test_of_angles_that_wrap_the_last_is_taken() -> None:
+    pool = Pool(PERIOD)
+    pool.take(at(9.0))
+    taken = ()
+    for k in range(10):
+        taken = pool.take(at(10.0 + k, driver_position=(3.1 + 0.01 * k) % math.pi))
+
+    (mean,) = taken
+    assert mean.driver_position == pytest.approx(3.19 % math.pi)
+    assert mean.samples[4] == 1
+    assert math.isnan(mean.driven_position)
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.lists(st.floats(1e-4, 9e-3), min_size=30, max_size=200))
+def test_no_sample_waits_longer_than_a_period_and_none_counts_twice(steps: list[float]) -> None:
+    pool = Pool(PERIOD)
+    stamps = np.round(np.cumsum(steps) * 1e9).astype(np.int64) + 1_000_000_000
+    waiting: list[int] = []
+    for stamp in stamps.tolist():
+        waiting.append(stamp)
+        taken = pool.take(Measurement(stamp, 1.0, 1.0))
+        assert stamp - waiting[0] <= 2.0 * PERIOD * 1e9
+        if taken:
+            assert sum(mean.pooled for mean in taken) == len(waiting)
+            waiting.clear()
+
+
+def test_a_pooled_run_says_what_the_whole_run_says_with_less_work(settings) -> None:
+    """A thousand samples a second, averaged over 4 ms and over nothing."""
+    estimates = []
+    for period in (0.0, 0.004):
+        limits = dataclasses.replace(settings.limits, pool_period=period)
+        monitor = dataclasses.replace(settings, limits=limits).monitor()
+        noise = np.random.default_rng(3).normal(size=(1500, 4)) * [0.01, 0.01, 0.3, 0.3]
+        fresh = 0
+        for k, (a, b, c, d) in enumerate(noise.tolist()):
+            stamp = 1_000_000_000 + k * MILLISECOND
+            output = monitor.step(Measurement(stamp, 120 + a, 119.2 + b, 45 + c, -45 + d))
+            fresh += output.fresh
+        estimates.append(monitor.estimate)
+        assert monitor.health.accepted >= 1500 - 4
+        assert fresh == (1500 if period == 0.0 else pytest.approx(375, abs=3))
+    whole, pooled = estimates
+    for name in ("slip", "margin", "mean_tension", "transmitted_torque"):
+        ours, theirs = getattr(pooled, name), getattr(whole, name)
+        assert abs(ours.value - theirs.value) < 1.0 * theirs.stddev, name
+        assert 0.5 < ours.stddev / theirs.stddev < 2.0, name

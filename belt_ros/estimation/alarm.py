@@ -24,12 +24,13 @@ from belt_ros.estimation.condition import (
     Delays,
     Evidence,
 )
-from belt_ros.estimation.estimate import BeltEstimate, Phase
+from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity
 from belt_ros.estimation.measurement import Measurement, Rejection
 from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.sensor_watch import SensorWatch
 from belt_ros.estimation.sentences import Tension, over, recovering, sentence
 from belt_ros.estimation.traction import named_loss
+from belt_ros.estimation.wind_up import WindUp
 
 _SECONDS = 1e-9
 
@@ -48,6 +49,8 @@ class SlipAlarm:
         Tension as told [N]; it stands in messages.
     slack_held : bool
         Whether this is the slack tension rather than the mean.
+    wind_up : WindUp, optional
+        What the spans take up; without it, it counts as slip.
     """
 
     def __init__(
@@ -58,10 +61,12 @@ class SlipAlarm:
         installed: float = math.nan,
         *,
         slack_held: bool = False,
+        wind_up: WindUp | None = None,
     ) -> None:
         self.installed = installed
         self._name = name
         self._slack_held = slack_held
+        self._wind_up = wind_up
         self.retune(settings, limits or SensorLimits())
         self._clear()
 
@@ -128,14 +133,15 @@ class SlipAlarm:
         dt = self._elapsed(estimate.stamp_ns)
         self._estimate = estimate
         gap = self._gap
-        self.watch.accept(estimate, self._settings, gap)
+        beyond = estimate.excess_slip if self._wind_up is None else self._wind_up.slip(estimate)
+        self.watch.accept(estimate, beyond, self._settings, gap)
         if measurement is not None:
             self._channels.take(measurement, gap)
         resting = estimate.phase in RESTING
         self._moving = 0.0 if resting else self._moving + min(max(dt, 0.0), gap)
         self._judge_sensors(estimate.stamp_ns, silent=dt > gap, silence=dt)
         self._judge_estimator(estimate)
-        self._judge_belt(estimate, capacity, resting=resting)
+        self._judge_belt(estimate, beyond, capacity, resting=resting)
         return self._news()
 
     def turned_away(
@@ -205,19 +211,21 @@ class SlipAlarm:
         )
 
     def _judge_belt(
-        self, estimate: BeltEstimate, capacity: Capacity | None, *, resting: bool
+        self,
+        estimate: BeltEstimate,
+        beyond: Quantity,
+        capacity: Capacity | None,
+        *,
+        resting: bool,
     ) -> None:
         """Judge margin, slip and traction. None of them rises while the data are in doubt."""
         s, now, gap = self._settings, estimate.stamp_ns, self._gap
-        believed = not (
-            self._implausible.active
-            or self._lost.active
-            or estimate.phase is Phase.LOST
-            or self.watch.evidence(s) is Evidence.MET
-        )
-        rises = believed and (resting or self._moving >= s.start_bypass)
+        plausible = not (self._implausible.active or self.watch.evidence(s) is Evidence.MET)
+        believed = plausible and not (self._lost.active or estimate.phase is Phase.LOST)
+        begun = resting or self._moving >= s.start_bypass
+        rises = believed and begun
         margins = margin_evidence(estimate, capacity, s)
-        trip, *excess = slip_evidence(estimate, s)
+        trip, *excess = slip_evidence(estimate, beyond, s)
         sliding = gross_slip_evidence(estimate, s)
         self._changed |= self._low_margin.update(
             now, margins, self._slow, longest=gap, may_rise=rises
@@ -226,7 +234,7 @@ class SlipAlarm:
             now, excess, self._slow, longest=gap, may_rise=rises
         )
         self._changed |= self._gross_slip.update(
-            now, (trip, sliding), self._tripping, longest=gap, may_rise=rises
+            now, (trip, sliding), self._tripping, longest=gap, may_rise=plausible and begun
         )
         self._judge_traction(estimate, may_rise=believed)
 

@@ -114,7 +114,7 @@ class AlarmSettings:
     start_bypass: float = setting(
         0.0,
         "low margin and slip are not raised for this long after motion begins; none is needed, "
-        "since acceleration and undeveloped creep are accounted for",
+        "since acceleration, undeveloped creep and the winding up of spans are accounted for",
         "s",
         0.0,
         600.0,

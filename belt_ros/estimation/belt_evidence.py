@@ -7,6 +7,7 @@ from belt_ros.estimation.estimate import (
     Knowledge,
     LostTraction,
     Phase,
+    Quantity,
     probability_below,
 )
 from belt_ros.estimation.overload import Capacity
@@ -42,13 +43,13 @@ def _margin_below(estimate: BeltEstimate, limit: float, capacity: Capacity | Non
 
 
 def slip_evidence(
-    estimate: BeltEstimate, settings: AlarmSettings
+    estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings
 ) -> tuple[Evidence, Evidence, Evidence]:
-    """Judge the slip beyond creep against the limits of trip, alarm and warning."""
+    """Judge the slip beyond creep and winding up against the limits of trip, alarm and warning."""
     s = settings
     if estimate.phase in RESTING:
         return Evidence.GONE, Evidence.GONE, Evidence.GONE
-    slip = slip_along_power(estimate)
+    slip = slip_along_power(estimate, beyond)
 
     def above(limit: float) -> Evidence:
         return judged(1.0 - probability_below(slip, limit), s.confidence, s.clear_confidence)

@@ -39,6 +39,7 @@ from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
 from belt_ros.estimation.state import Index, Reading
 from belt_ros.estimation.time_jumps import TimeJumps
+from belt_ros.estimation.wind_up import WindUp
 from belt_ros.mechanics.drive import BeltDrive, Tensioning
 
 _SECONDS = 1e-9
@@ -81,14 +82,18 @@ class BeltMonitor:
         self.name = name
         self.limits = limits or SensorLimits()
         noise, prior = noise or SensorNoise(), prior or Prior()
+        self._filter = BeltFilter(drive, prior, noise, drift or Drift(), turns)
+        c = self._filter.constants
         self.alarm = SlipAlarm(
             name,
             alarm or AlarmSettings(),
             self.limits,
             prior.tension,
             slack_held=drive.tensioning is Tensioning.CONSTANT_SLACK,
+            wind_up=WindUp(
+                c.span_compliance, c.driver_radius, c.driven_radius, self.limits.standstill_speed
+            ),
         )
-        self._filter = BeltFilter(drive, prior, noise, drift or Drift(), turns)
         self._drive = drive
         self._noise = noise
         self._credence = Credence(self._filter, drive)

@@ -67,17 +67,17 @@ def _share(dt: float) -> float:
     return min(-math.expm1(-dt / _MEMORY), 1.0 / _FEWEST)
 
 
-def slip_along_power(estimate: BeltEstimate) -> Quantity:
-    """Return the excess slip [-], positive where it is lost on the way that power takes.
+def slip_along_power(estimate: BeltEstimate, beyond: Quantity) -> Quantity:
+    """Return the slip beyond creep [-], positive where it is lost on the way that power takes.
 
     That is the only way in which a belt can slip. Where the torque is too small to tell the way,
     the excess is taken as such.
     """
-    excess, torque = estimate.excess_slip, estimate.transmitted_torque
+    torque = estimate.transmitted_torque
     if abs(torque.value) < _KNOWN_SIGN * torque.stddev:
-        return Quantity(abs(excess.value), excess.stddev)
+        return Quantity(abs(beyond.value), beyond.stddev)
     along = math.copysign(1.0, torque.value * estimate.driver_speed.value)
-    return Quantity(along * excess.value, excess.stddev)
+    return Quantity(along * beyond.value, beyond.stddev)
 
 
 class SensorWatch:
@@ -106,13 +106,15 @@ class SensorWatch:
         share = _share(max(dt, 0.0))
         self._worst_misfit = float(_forget_and_add(self._misfits, seen, surprises, share))
 
-    def accept(self, estimate: BeltEstimate, settings: AlarmSettings, longest: float) -> None:
-        """Take in that a measurement was used, and what came of it."""
+    def accept(
+        self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, longest: float
+    ) -> None:
+        """Take in what came of a measurement, and the slip `beyond` creep and winding up."""
         self._count(estimate.stamp_ns, longest, refused=False)
         moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
         self._opposed = moving and _opposed(estimate)
         self._contrary = Evidence.GONE
-        slip = slip_along_power(estimate)
+        slip = slip_along_power(estimate, beyond)
         if moving and slip.value < 0.0:
             against = probability_below(slip, -settings.excess_slip_warning)
             self._contrary = judged(against, settings.confidence, settings.clear_confidence)

@@ -4,10 +4,11 @@ PYTHON ?= python3
 VENV := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation clean distclean
+.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation \
+	bench-alarms bench-graph clean distclean
 
 help:  ## list these targets
-	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-16s%s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-18s%s\n", $$1, $$2 }' Makefile
 
 setup:  ## make .venv: ROS 2, belt_ros, its messages, its tools
 	@command -v $(PYTHON) >/dev/null || { \
@@ -30,7 +31,7 @@ lint: setup  ## check style, types and the direction of imports
 figures: setup  ## draw the paper's figures and tables into docs/figures
 	@$(VENV)/belt figures --out docs/figures
 
-bench: bench-mechanics bench-coverage bench-estimation  ## run all benchmarks
+bench: bench-mechanics bench-coverage bench-estimation bench-alarms bench-graph  ## run all benchmarks
 
 bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_ARGS=--exudyn
 	@$(VENV)/python -m benchmarks.mechanics $(BENCH_ARGS)
@@ -44,6 +45,15 @@ bench-estimation: setup  ## judge the estimator: grid, life, finite elements, ot
 	@$(VENV)/python -m benchmarks.estimation elements $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation peers $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation cost $(BENCH_ARGS)
+
+bench-alarms: setup  ## ramps to gross slip, hours of varying load: are alarms early, and quiet?
+	@$(VENV)/python -m benchmarks.alarms $(BENCH_ARGS)
+
+bench-graph: setup  ## rates, latency, fifty drives, kill -9: the node as a process among others
+	@$(VENV)/python -m benchmarks.graph rate $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.graph latency $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.graph drives $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.graph kill $(BENCH_ARGS)
 
 clean:  ## remove what building and testing leave
 	@rm -rf build install log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -31,13 +31,13 @@ def main() -> None:
     )
     if not ramp_rows or not hour_rows:
         raise SystemExit("there are no results yet; ask for runs")
-    made_with = report.made_with("alarms", [*ramp_rows, *hour_rows])
+    made_with = report.made_with(f"--runs {steep}", [*ramp_rows, *hour_rows], "alarms")
     body = [
         "# Warning before slip",
         "",
         *ramp_sections(ramp_rows, hour_rows),
         *hours_sections(hour_rows),
-        made_with.replace("benchmarks.estimation alarms", "benchmarks.alarms"),
+        made_with,
     ]
     text = "\n".join(body) + "\n"
     (asked.out / "alarms.md").write_text(text, encoding="utf-8")

@@ -18,7 +18,7 @@ def label(quantity: str) -> str:
     return _LABELS.get(quantity, quantity)
 
 
-def made_with(command: str, rows: Sequence[Keyed]) -> str:
+def made_with(command: str, rows: Sequence[Keyed], package: str = "estimation") -> str:
     """Return date, versions, machine class and the code that was judged."""
     packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "filterpy"))
     sources = sorted({row.sources for row in rows})
@@ -26,7 +26,7 @@ def made_with(command: str, rows: Sequence[Keyed]) -> str:
     return (
         f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
         f"{os.cpu_count()} cores of {platform.machine()}; code {', '.join(sources)}.{mixed} "
-        f"`python -m benchmarks.estimation {command}`"
+        f"`python -m benchmarks.{package} {command}`"
     )
 
 

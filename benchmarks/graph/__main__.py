@@ -40,7 +40,7 @@ def _latency(asked: argparse.Namespace) -> list[Any]:
 
 def _drives(asked: argparse.Namespace) -> list[Any]:
     rate, seconds = asked.rate or 100.0, asked.seconds or 60.0
-    return [run_drives(asked.params, asked.drives, rate, seconds, asked.depth)]
+    return [run_drives(asked.params, asked.drives, rate, seconds, asked.depth, asked.pool_period)]
 
 
 def _kill(asked: argparse.Namespace) -> list[Any]:
@@ -68,6 +68,7 @@ def _arguments() -> argparse.Namespace:
             command.add_argument("--depth", type=int, default=200, help="input_depth of the node")
         if name == "drives":
             command.add_argument("--drives", type=int, default=50)
+            command.add_argument("--pool-period", type=float, help="limits.pool_period [s]")
         command.set_defaults(run=run)
     asked = parser.parse_args()
     asked.params = asked.params.resolve()

@@ -12,7 +12,7 @@ from benchmarks.estimation.report import verdicts
 from benchmarks.graph.bench import INPUT, NODE_NAME, bench
 from benchmarks.graph.counter import Heard
 from benchmarks.graph.plan import Block, Plan
-from benchmarks.graph.rate import WARM_UP
+from benchmarks.graph.rate import WARM_UP, answered_together
 from benchmarks.graph.signals import loaded
 
 _ALL = 0.999  # of the states that should come, for a node that keeps up
@@ -52,13 +52,18 @@ def several_parameters(params: Path, count: int) -> dict[str, object]:
     return parameters
 
 
-def run_drives(params: Path, count: int, rate: float, seconds: float, depth: int) -> Drives:
-    """Run so many drives in one node."""
-    cycle = loaded(load_settings(params), rate).repeated(count)
+def run_drives(
+    params: Path, count: int, rate: float, seconds: float, depth: int, pool_period: float | None
+) -> Drives:
+    """Run so many drives in one node, with a `pool_period` [s] of their own."""
+    told = {} if pool_period is None else {"limits.pool_period": pool_period}
+    settings = load_settings(params, told)
+    together = answered_together(settings, rate)
+    cycle = loaded(settings, rate).repeated(count)
     states = tuple(f"{NODE_NAME}/{name}/state" for name in drive_names(count))
     with bench() as place:
         written = place.folder / "drives.yaml"
-        parameters = several_parameters(params, count)
+        parameters = several_parameters(params, count) | told
         written.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
         node = place.start_node(written, input_reliability="reliable", input_depth=depth)
         counts = Block((INPUT,), rate, seconds, node.pid)
@@ -70,11 +75,11 @@ def run_drives(params: Path, count: int, rate: float, seconds: float, depth: int
     ending = [each.between(run.last_ns - 1_000_000_000, run.last_ns) for each in counted]
     p50, p99, longest = np.quantile(delays, (0.5, 0.99, 1.0)).tolist()
     return Drives(
-        case=f"{count} drives at {rate:g} Hz",
+        case=f"{count} drives at {rate:g} Hz" + (f", {together} pooled" if together > 1 else ""),
         sources=SOURCES,
         drives=count,
         rate=rate,
-        expected=run.ticks * count,
+        expected=run.ticks // together * count,
         states=sum(np.unique(each.stamps).size for each in counted),
         p50=p50,
         p99=p99,

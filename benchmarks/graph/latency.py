@@ -13,6 +13,7 @@ from benchmarks.graph import relay
 from benchmarks.graph.bench import INPUT, STATE, bench
 from benchmarks.graph.counter import Heard
 from benchmarks.graph.plan import Block, Plan, Sent
+from benchmarks.graph.rate import answered_together
 from benchmarks.graph.signals import loaded
 
 NODE, RELAY = "node", "relay"
@@ -30,6 +31,7 @@ class Turn(NamedTuple):
     turn: int
     sources: str
     sent: int
+    expected: int  # states, each of pooled messages
     states: int
     p50: float  # [us]
     p99: float  # [us]
@@ -38,7 +40,9 @@ class Turn(NamedTuple):
 
 def run_latency(params: Path, rate: float, seconds: float, depth: int) -> list[Turn]:
     """Measure at `rate` [Hz], `seconds` for each of the two, in turns."""
-    cycle = loaded(load_settings(params), rate)
+    settings = load_settings(params)
+    cycle = loaded(settings, rate)
+    together = answered_together(settings, rate)
     turns = _WARM + max(round(seconds / BLOCK), 1)
     with bench() as place:
         node = place.start_node(params, input_reliability="reliable", input_depth=depth)
@@ -52,17 +56,19 @@ def run_latency(params: Path, rate: float, seconds: float, depth: int) -> list[T
     case = f"{rate:g} Hz"
     rows = []
     for number in range(_WARM, turns):
-        rows.append(_turn(case, NODE, number - _WARM, sent[2 * number], states))
-        rows.append(_turn(case, RELAY, number - _WARM, sent[2 * number + 1], relayed))
+        rows.append(_turn(case, NODE, number - _WARM, sent[2 * number], states, together))
+        rows.append(_turn(case, RELAY, number - _WARM, sent[2 * number + 1], relayed, 1))
     return rows
 
 
-def _turn(case: str, program: str, number: int, sent: Sent, heard: Heard) -> Turn:
+def _turn(case: str, program: str, number: int, sent: Sent, heard: Heard, together: int) -> Turn:
     arrived = heard.between(sent.first_ns, sent.last_ns)
     delays = arrived.delays * 1e6 if arrived.stamps.size else np.full(1, np.nan)
     p50, p99 = np.quantile(delays, (0.5, 0.99)).tolist()
     spent = sent.processor_ns * 1e-3 / sent.ticks
-    return Turn(case, program, number, SOURCES, sent.ticks, arrived.stamps.size, p50, p99, spent)
+    expected = sent.ticks // together
+    states = arrived.stamps.size
+    return Turn(case, program, number, SOURCES, sent.ticks, expected, states, p50, p99, spent)
 
 
 def latency_verdicts(rows: list[Turn]) -> list[str]:
@@ -72,7 +78,7 @@ def latency_verdicts(rows: list[Turn]) -> list[str]:
         pairs = _pairs([row for row in rows if row.case == case])
         delay = median(node.p50 / other.p50 for node, other in pairs)
         spent = median(node.processor / other.processor for node, other in pairs)
-        answered = min(row.states / row.sent for pair in pairs for row in pair)
+        answered = min(row.states / row.expected for pair in pairs for row in pair)
         told = f"; {answered:.0%} answered in the worst turn"
         all_answered = answered >= _ANSWERED
         lines += [

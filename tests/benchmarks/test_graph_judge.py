@@ -14,14 +14,14 @@ from benchmarks.graph.program import ROOT
 from benchmarks.graph.results import keep
 
 PAPER = ROOT / "config" / "paper_drive.yaml"
-RATE = rate.Rate("1000 Hz", "code", 1000, 998, 2, 900, 900, 300.0, 900.0, 2e3, 5000, 0.1, 0.2)
+RATE = rate.Rate("1000 Hz", "code", 1000, 998, 2, 225, 4, 300.0, 900.0, 2e3, 1.0, 5000, 0.1, 0.2)
 DRIVES = drives.Drives("50 drives", "code", 50, 100.0, 5000, 5000, 300.0, 900.0, 2e3, 300.0, 0.5, 0)
 KILL = kill.Kill("100 Hz", 0, "code", 0, 3.0, 2.0, 0.02, 1.0, 2, 2, 1.0, 1.0)
 STAGE = stages.Stage("BeltMonitor.step", "code", 100, 50.0, 60.0)
 
 
 def turn(program: str, number: int, p50: float, processor: float) -> latency.Turn:
-    return latency.Turn("100 Hz", program, number, "code", 200, 200, p50, 2 * p50, processor)
+    return latency.Turn("100 Hz", program, number, "code", 200, 200, 200, p50, 2 * p50, processor)
 
 
 TURNS = [
@@ -50,8 +50,8 @@ def refused(lines: list[str]) -> int:
 
 def test_a_lost_message_and_grown_memory_are_told() -> None:
     assert refused(rate.rate_verdicts([RATE])) == 0
-    assert refused(rate.rate_verdicts([RATE._replace(accepted=997)])) == 1
-    assert refused(rate.rate_verdicts([RATE._replace(states=899)])) == 1
+    assert refused(rate.rate_verdicts([RATE._replace(accepted=994)])) == 0  # in the last pool
+    assert refused(rate.rate_verdicts([RATE._replace(accepted=993)])) == 1
     assert refused(rate.rate_verdicts([RATE._replace(growth=2_000_000)])) == 1
 
 
@@ -86,7 +86,7 @@ def test_kills_are_judged_by_what_is_back() -> None:
 @pytest.mark.slow
 def test_a_short_run_at_a_low_rate_loses_nothing() -> None:
     run = rate.run_rate(PAPER, 50.0, 2.0, depth=200, warm_up=1.0)
-    assert (run.sent, run.expected) == (150, 100)
+    assert (run.sent, run.together) == (150, 1)
     assert run.accepted + run.rejected == 150
     assert run.states == 100
     assert 0.0 < run.p50 <= run.p99 <= run.longest

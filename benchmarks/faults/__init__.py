@@ -1,0 +1,1 @@
+"""What the node makes of faults, over real DDS: a verdict for each."""

@@ -5,7 +5,7 @@ VENV := .venv/bin
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation \
-	bench-alarms bench-graph clean distclean
+	bench-alarms bench-graph bench-hostile bench-faults clean distclean
 
 help:  ## list these targets
 	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-18s%s\n", $$1, $$2 }' Makefile
@@ -54,6 +54,12 @@ bench-graph: setup  ## rates, latency, fifty drives, kill -9: the node as a proc
 	@$(VENV)/python -m benchmarks.graph latency $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.graph drives $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.graph kill $(BENCH_ARGS)
+
+bench-hostile: setup  ## a million hostile messages through conversion and monitor; resumable
+	@$(VENV)/python -m benchmarks.hostile $(BENCH_ARGS)
+
+bench-faults: setup  ## faults of belt, sensors and network over DDS: the right alarm, in time?
+	@$(VENV)/python -m benchmarks.faults $(BENCH_ARGS)
 
 clean:  ## remove what building and testing leave
 	@rm -rf build install log .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis

@@ -220,7 +220,7 @@ class SlipAlarm:
     ) -> None:
         """Judge margin, slip and traction. None of them rises while the data are in doubt."""
         s, now, gap = self._settings, estimate.stamp_ns, self._gap
-        plausible = not (self._implausible.active or self.watch.evidence(s) is Evidence.MET)
+        plausible = not self._implausible.active and self.watch.evidence(s) is Evidence.GONE
         believed = plausible and not (self._lost.active or estimate.phase is Phase.LOST)
         begun = resting or self._moving >= s.start_bypass
         rises = believed and begun

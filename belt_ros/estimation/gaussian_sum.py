@@ -82,15 +82,18 @@ def narrowed(
     """Split members along `axes` until none that matters is wider than `widths`.
 
     So that a model that bends is nearly straight within each. No member is split once there are
-    more than `most`.
+    more than `most` of these, or as many as the filter may have in all.
     """
     for axis, width in zip(axes, widths, strict=True):
         best = max(component.log_weight for component in components)
         parts: list[Component] = []
+        left = len(components)
         for component in sorted(components, key=lambda c: -c.log_weight):
+            full = len(parts) > most or len(parts) + left > _MOST_MEMBERS
+            left -= 1
             ratio = max(width / math.sqrt(component.covariance[axis, axis]), _FINEST)
             light = component.log_weight < best + math.log(_SPLIT_ABOVE)
-            if light or ratio * _WORTH_SPLITTING > 1.0 or len(parts) > most:
+            if light or ratio * _WORTH_SPLITTING > 1.0 or full:
                 parts.append(component)
             else:
                 parts += split(component, axis, ratio)

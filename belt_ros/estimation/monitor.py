@@ -146,6 +146,11 @@ class BeltMonitor:
         self.restart()
         self._record.reset()
 
+    def start_anew(self) -> None:
+        """Start anew at the priors, after what could not be computed; measurements stay counted."""
+        self._credence.initial = None
+        self.restart()
+
     def restart(self) -> None:
         """Start anew at what was restored or set by maintenance or calibration, else at the priors.
 
@@ -165,8 +170,7 @@ class BeltMonitor:
         self._noise = noise
         if not self._calibration.running:
             self._calibration = Calibration(self._drive, noise)
-        if limits.pool_period != self.limits.pool_period:
-            self._pool = Pool(limits.pool_period)
+        self._pool.retune(limits.pool_period)
         self.limits = limits
         self.alarm.retune(alarm, limits)
 
@@ -281,7 +285,7 @@ class BeltMonitor:
         try:
             return self._take_in(measurement, dt)
         except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
-            self.reset()
+            self.start_anew()
             started = self._filter.start(measurement)
             return Rejection.NONE if started else Rejection.INCOMPLETE
 

@@ -22,13 +22,17 @@ class Pool:
     """
 
     def __init__(self, period: float) -> None:
-        self._period_ns = round(period * _SECOND)
+        self.retune(period)
         self._last_ns: int | None = None
         self._first_ns = 0
         self._pooled = 0
         self._sum = np.zeros(len(Sensor))
         self._samples = np.zeros(len(Sensor))
         self._positions = np.zeros(len(_POSITIONS))
+
+    def retune(self, period: float) -> None:
+        """Pool in spans of another `period` [s]; what has been pooled leaves with what follows."""
+        self._period_ns = round(period * _SECOND)
 
     def take(self, measurement: Measurement) -> tuple[Measurement, ...]:
         """Take in a measurement; return what is to be handed on: nothing, a mean, or it untouched.

@@ -27,6 +27,8 @@ from belt_ros.mechanics.tensioning import (
 )
 
 LARGEST_EXPONENT = 500.0
+_MOST_STRETCHED = 1.0  # tension over EA
+_FASTENED = 25.0  # traction whose slack is rounding beside the tight span
 _SOLVE_STEPS = 100
 NEAREST_TO_CAPACITY = 1e-12
 # Of a step in the traction between fixed centres, relative; its error is that of the slope.
@@ -159,12 +161,15 @@ def belt_on_pulleys(
     c: DriveConstants, tension: float, mu: float, kf: float, speed: float, driven_receives: bool
 ) -> MountedBelt:
     """Return the belt before it is loaded; parameters as of `creep.creep`."""
+    limit = traction_limit(c, mu)
+    if c.tensioning == FIXED_CENTRES:  # beyond these, the length of the belt drowns in rounding
+        tension, limit = min(tension, _MOST_STRETCHED * c.axial_stiffness), min(limit, _FASTENED)
     lift = c.mass_per_length * speed * speed
     held = tension if c.tensioning == HELD_HUB_LOAD else tension - lift
     net = c.axial_stiffness - lift
     grips = net > 0.0 and held > 0.0
     arcs = both_arcs(c, mu, kf, net if grips else c.axial_stiffness, driven_receives)
-    return MountedBelt(tension, lift, net, traction_limit(c, mu), grips, arcs[0], arcs[1])
+    return MountedBelt(tension, lift, net, limit, grips, arcs[0], arcs[1])
 
 
 @compiled

@@ -138,14 +138,17 @@ def input_status(
     level, message = _judge_input(topic, report, health, greatest_gap, skew_limit)
     values: dict[str, float] = {
         "input rate [Hz]": report.rate,
-        "latency mean [ms]": 1e3 * report.latency_mean,
-        "latency max [ms]": 1e3 * report.latency_max,
-        "processing mean [ms]": 1e3 * report.processing_mean,
-        "processing max [ms]": 1e3 * report.processing_max,
         "accepted": health.accepted,
         "resets": health.resets,
         "rejected": sum(health.rejections),
     }
+    if report.received:
+        values |= {
+            "latency mean [ms]": 1e3 * report.latency_mean,
+            "latency max [ms]": 1e3 * report.latency_max,
+            "processing mean [ms]": 1e3 * report.processing_mean,
+            "processing max [ms]": 1e3 * report.processing_max,
+        }
     skew = clock_skew(report.sources)
     if skew is not None:
         values["clock skew [ms]"] = 1e3 * skew.seconds

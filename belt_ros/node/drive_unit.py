@@ -203,7 +203,7 @@ class DriveUnit:
             self._node.get_logger().error(
                 f"estimation failed, starting anew at the priors: {error}"
             )
-            pipeline.reset()
+            pipeline.give_up()
             return
         if outcome.reason is not Rejection.NONE:
             self._log_rejection(outcome.reason, source)

@@ -161,6 +161,11 @@ class Pipeline:
             self._calibrating, self._calibrated = None, result
         return result
 
+    def give_up(self) -> None:
+        """Start anew at the priors after a measurement that could not be computed, and count it."""
+        self._monitor.reject(Rejection.GATED)
+        self._monitor.start_anew()
+
     def reset(self) -> None:
         """Start anew at the priors."""
         self._monitor.reset()

@@ -11,12 +11,16 @@ class BagError(Exception):
     """A bag that cannot be used; the message names the file and what to do."""
 
 
+class DamagedInsideError(BagError):
+    """A bag that turned out to be damaged while it was being read."""
+
+
 class ResultsError(Exception):
     """A place where results cannot be written; the message says why."""
 
 
 @contextmanager
-def damage_reported(path: Path, advice: str) -> Iterator[None]:
+def damage_reported(path: Path, advice: str, kind: type[BagError] = BagError) -> Iterator[None]:
     """Turn whatever a parser makes of damaged bytes into a `BagError` that names `path`."""
     try:
         yield
@@ -26,4 +30,4 @@ def damage_reported(path: Path, advice: str) -> Iterator[None]:
     except Exception as error:
         told = isinstance(error, ReaderError | OSError)
         reason = str(error).rstrip(".") if told else f"unreadable ({type(error).__name__}: {error})"
-        raise BagError(f"{path}: {reason}. {advice}") from error
+        raise kind(f"{path}: {reason}. {advice}") from error

@@ -5,7 +5,7 @@ beginning, and every chunk that is whole and passes its checksum is used.
 """
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import BinaryIO, TypeGuard
 
@@ -34,6 +34,7 @@ class RecoveredMcap:
         self._channels: dict[int, Channel] = {}
         self._damaged_chunks = 0
         self._whole_bytes = 0
+        self._ended = False  # as a writer ends a file that it completes
         counts: dict[int, int] = {}
         for message in self._scan():
             counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
@@ -55,20 +56,19 @@ class RecoveredMcap:
 
     def _describe(self, count: int) -> str:
         lost = self._path.stat().st_size - self._whole_bytes
-        note = (
-            f"{self._path.name} is damaged: {count} messages recovered, the last {lost} bytes "
-            "and whatever was never written are lost"
-        )
+        parts = [f"{self._path.name} is damaged: {count} messages recovered"]
+        if not self._ended:
+            parts.append(f"the last {lost} bytes and whatever was never written are lost")
         if self._damaged_chunks:
-            note += f", and {self._damaged_chunks} chunks before them are unreadable"
-        return note + "."
+            parts.append(f"{self._damaged_chunks} chunks are unreadable and left out")
+        return ", ".join(parts) + "."
 
-    def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """Yield log time [ns] and CDR bytes of every recovered message on `topic`."""
-        wanted = {key for key, channel in self._channels.items() if channel.topic == topic}
+    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every recovered message on `names`."""
         for message in self._scan():
-            if message.channel_id in wanted:
-                yield message.log_time, message.data
+            topic = self._channels[message.channel_id].topic
+            if topic in names:
+                yield topic, message.log_time, message.data
 
     def close(self) -> None:
         """Nothing stays open between passes."""
@@ -99,6 +99,7 @@ class RecoveredMcap:
             ):
                 return
             if isinstance(record, DataEnd):
+                self._ended = True
                 return
             self._whole_bytes = file.tell()
             yield record

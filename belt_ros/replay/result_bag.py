@@ -1,5 +1,6 @@
-"""States and alarms of one replay as a rosbag2 bag, on the topics and types of the live node."""
+"""What a replay says as a rosbag2 bag, on the topics and types of the live node."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +15,7 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from belt_ros.diagnostic_rows import Row, number_text
 from belt_ros.estimation import AlarmStatus, ConditionStatus
 from belt_ros.message_fields import alarm_fields, condition_fields
 from belt_ros.message_types import belt_typestore
@@ -21,8 +23,10 @@ from belt_ros.replay.tables import STATE_TYPE
 
 STATE_TOPIC = "/belt_node/state"
 ALARM_TOPIC = "/belt_node/alarm"
+DIAGNOSTICS_TOPIC = "/diagnostics"
 ALARM_TYPE = "belt_msgs/msg/SlipAlarm"
 _CONDITION_TYPE = "belt_msgs/msg/AlarmCondition"
+_DIAGNOSTICS_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 _READABLE_SINCE_HUMBLE: Final = 8
 _SECOND_NS = 1_000_000_000
 _FOREVER = QosTime(9223372036, 854775807)
@@ -46,25 +50,38 @@ def _quality(durability: QosDurability) -> list[Qos]:
 
 
 class ResultBag:
-    """A growing rosbag2 directory (MCAP) of belt_msgs/BeltState and belt_msgs/SlipAlarm."""
+    """A growing rosbag2 directory (MCAP) of states, alarms and diagnostics.
 
-    def __init__(self, path: Path) -> None:
+    Parameters
+    ----------
+    path : Path
+    prefix : str
+        What stands before the names of the drive's topics within those of the node.
+    """
+
+    def __init__(self, path: Path, prefix: str = "") -> None:
         self._types = belt_typestore()
         self._writer = Writer(
             path, version=_READABLE_SINCE_HUMBLE, storage_plugin=StoragePlugin.MCAP
         )
         self._writer.open()
         self._state = self._writer.add_connection(
-            STATE_TOPIC,
+            STATE_TOPIC.replace("/state", f"/{prefix}state"),
             STATE_TYPE,
             typestore=self._types,
             offered_qos_profiles=_quality(QosDurability.VOLATILE),
         )
         self._alarm = self._writer.add_connection(
-            ALARM_TOPIC,
+            ALARM_TOPIC.replace("/alarm", f"/{prefix}alarm"),
             ALARM_TYPE,
             typestore=self._types,
             offered_qos_profiles=_quality(QosDurability.TRANSIENT_LOCAL),
+        )
+        self._diagnostics = self._writer.add_connection(
+            DIAGNOSTICS_TOPIC,
+            _DIAGNOSTICS_TYPE,
+            typestore=self._types,
+            offered_qos_profiles=_quality(QosDurability.VOLATILE),
         )
 
     def _time(self, stamp_ns: int) -> Any:
@@ -99,6 +116,24 @@ class ResultBag:
             **alarm_fields(drive_name, status),
         )
         self._writer.write(self._alarm, log_ns, self._types.serialize_cdr(message, ALARM_TYPE))
+
+    def write_diagnostics(self, log_ns: int, rows: Iterable[Row]) -> None:
+        """Write rows of diagnostics at a log time [ns], which is their stamp too."""
+        message = self._types.types[_DIAGNOSTICS_TYPE](
+            header=self._header(log_ns), status=[self._row(row) for row in rows]
+        )
+        data = self._types.serialize_cdr(message, _DIAGNOSTICS_TYPE)
+        self._writer.write(self._diagnostics, log_ns, data)
+
+    def _row(self, row: Row) -> Any:
+        key_value = self._types.types["diagnostic_msgs/msg/KeyValue"]
+        return self._types.types["diagnostic_msgs/msg/DiagnosticStatus"](
+            level=int(row.level),
+            name=row.name,
+            message=row.message,
+            hardware_id=row.hardware_id,
+            values=[key_value(key, number_text(value)) for key, value in row.values.items()],
+        )
 
     def close(self) -> None:
         """Write index and metadata."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from belt_ros.diagnostic_rows import Row
 from belt_ros.estimation import AlarmStatus, BeltEstimate
 from belt_ros.message_fields import state_fields
 from belt_ros.replay.errors import ResultsError
@@ -56,6 +57,8 @@ class ResultWriter:
     drive_name : str
     replace : bool
         Whether earlier results at `out` may be replaced.
+    prefix : str
+        What stands before the names of the drive's topics within those of the node.
 
     Raises
     ------
@@ -63,7 +66,9 @@ class ResultWriter:
         If `out` holds anything that must not be lost, or cannot be written.
     """
 
-    def __init__(self, out: Path, drive_name: str, *, replace: bool = False) -> None:
+    def __init__(
+        self, out: Path, drive_name: str, *, replace: bool = False, prefix: str = ""
+    ) -> None:
         check_place(out, replace=replace)
         self._out = out
         self._drive_name = drive_name
@@ -75,7 +80,7 @@ class ResultWriter:
         self._part = Path(part)
         try:
             self._table = StateTable(self._part / TABLE_NAME, drive_name)
-            self._bag = ResultBag(self._part / BAG_NAME)
+            self._bag = ResultBag(self._part / BAG_NAME, prefix)
         except BaseException:
             shutil.rmtree(self._part, ignore_errors=True)
             raise
@@ -106,6 +111,10 @@ class ResultWriter:
     def write_alarm(self, log_ns: int, status: AlarmStatus) -> None:
         """Write one change of the alarm to the bag."""
         self._bag.write_alarm(log_ns, self._drive_name, status)
+
+    def write_diagnostics(self, log_ns: int, rows: Iterable[Row]) -> None:
+        """Write rows of diagnostics to the bag."""
+        self._bag.write_diagnostics(log_ns, rows)
 
     def write_smoothed(self, rows: Iterable[SmoothedRow]) -> None:
         """Write the table of what is known with hindsight, in one go."""

@@ -1,14 +1,17 @@
-"""One pass through a bag: joint states in, estimates, alarms and a summary out."""
+"""One pass through a bag: measurements in; estimates, alarms, diagnostics and a summary out."""
 
 from collections.abc import Callable, Iterator
 from contextlib import nullcontext
 from pathlib import Path
+from typing import NamedTuple
 
+from belt_ros.drive_inputs import InputSettings
 from belt_ros.estimation import BeltMonitor, MonitorOutput, Rejection
 from belt_ros.estimation.hindsight import HindsightReader
 from belt_ros.estimation.smoother import Smoother
-from belt_ros.replay.errors import BagError
-from belt_ros.replay.reader import JointStateBag
+from belt_ros.replay.diagnostics import DiagnosticsLog
+from belt_ros.replay.drive_bag import DriveBag, Sample
+from belt_ros.replay.errors import BagError, DamagedInsideError
 from belt_ros.replay.results import ResultWriter
 from belt_ros.replay.smoothed_summary import SmoothedSummary, SmoothedTally
 from belt_ros.replay.smoothing import SmoothedRow, room_for_hindsight, smoothed_rows
@@ -25,16 +28,18 @@ def replay(
     settings: DriveSettings,
     out: str | Path,
     *,
+    inputs: InputSettings | None = None,
+    prefix: str = "",
     topic: str | None = None,
     replace: bool = False,
     smooth: bool = True,
     progress: Progress | None = None,
 ) -> Summary:
-    """Estimate the state of a drive from a bag of its joint states.
+    """Estimate the state of a drive from a bag of its measurements.
 
     The monitor is the one the live node runs, and it is given the same stamps in the order of the
     bag's log time, which is the order in which the node received them. Smoothing changes nothing
-    in its estimates.
+    in its estimates. A bag that turns out to be damaged inside is read again, chunk by chunk.
 
     Parameters
     ----------
@@ -42,11 +47,16 @@ def replay(
         A rosbag2 directory (MCAP or sqlite3), or a bare .mcap or .db3 file.
     settings : DriveSettings
     out : path
-        Directory for ``estimates/`` (a rosbag2 bag of belt_msgs/BeltState and SlipAlarm),
-        ``estimates.parquet``, ``smoothed.parquet`` and ``summary.json``. It appears complete or
-        not at all.
+        Directory for ``estimates/`` (a rosbag2 bag of belt_msgs/BeltState, SlipAlarm and
+        diagnostics), ``estimates.parquet``, ``smoothed.parquet`` and ``summary.json``. It
+        appears complete or not at all.
+    inputs : InputSettings, optional
+        How its measurements arrive; by default as joint states.
+    prefix : str
+        What the drive's topics begin with, where there are several drives: ``drive_name/``.
     topic : str, optional
-        Topic of the joint states; found by itself where there is only one choice.
+        Topic of the joint states, or namespace of other topics; found by itself where there is only
+        one choice.
     replace : bool
         Whether earlier results at `out` may be replaced.
     smooth : bool
@@ -61,21 +71,43 @@ def replay(
     ResultsError
         If `out` cannot be written, or holds anything else, or smoothing finds no room.
     """
-    path = Path(bag)
+    task = _Task(Path(bag), settings, Path(out), inputs, prefix, topic, replace, smooth)
+    try:
+        return _pass(task, progress, salvage=False)
+    except DamagedInsideError:
+        return _pass(task, progress, salvage=True)
+
+
+class _Task(NamedTuple):
+    """The arguments of `replay`."""
+
+    bag: Path
+    settings: DriveSettings
+    out: Path
+    inputs: InputSettings | None
+    prefix: str
+    topic: str | None
+    replace: bool
+    smooth: bool
+
+
+def _pass(task: _Task, progress: Progress | None, *, salvage: bool) -> Summary:
+    settings = task.settings
     monitor = settings.monitor()
     tally = Tally(settings)
     with (
-        JointStateBag(path, settings.driver, settings.driven, topic) as source,
-        ResultWriter(Path(out), settings.name, replace=replace) as results,
-        monitor.smoother() if smooth else nullcontext() as smoother,
+        DriveBag(
+            task.bag,
+            settings,
+            task.inputs,
+            prefix=task.prefix,
+            topic=task.topic,
+            salvage=salvage,
+        ) as source,
+        ResultWriter(task.out, settings.name, replace=task.replace, prefix=task.prefix) as results,
+        monitor.smoother() if task.smooth else nullcontext() as smoother,
     ):
-        for log_ns, output in _outputs(source, monitor):
-            tally.add(output, output.alarm)
-            if output.fresh and output.estimate is not None:
-                results.write_state(log_ns, output.estimate)
-            if output.alarm is not None:
-                results.write_alarm(log_ns, output.alarm)
-            _tell(progress, tally.messages, source.count)
+        _filter(source, monitor, tally, results, progress)
         if tally.accepted == 0:
             raise BagError(_nothing_usable(source, settings, tally))
         smoothed = None
@@ -89,20 +121,49 @@ def replay(
                 results,
                 lambda count: _tell(progress, tally.messages + count, total),
             )
-        summary = tally.summary(path.name, source.topic, source.note, smoothed)
+        summary = tally.summary(task.bag.name, ", ".join(source.topics), source.note, smoothed)
         results.commit(summary.as_json())
     return summary
 
 
-def _outputs(source: JointStateBag, monitor: BeltMonitor) -> Iterator[tuple[int, MonitorOutput]]:
-    """Yield log time [ns] of every message, and what the monitor makes of it."""
-    for log_ns, content in source.samples():
-        if isinstance(content, Rejection):
-            yield log_ns, monitor.reject(content)
-            continue
-        with room_for_hindsight():
-            output = monitor.step(content)
-        yield log_ns, output
+def _filter(
+    source: DriveBag,
+    monitor: BeltMonitor,
+    tally: Tally,
+    results: ResultWriter,
+    progress: Progress | None,
+) -> None:
+    """Give all measurements to the monitor, and write what it says."""
+    diagnostics = DiagnosticsLog(
+        monitor.name,
+        ", ".join(source.topics),
+        monitor.limits.greatest_gap,
+        lambda: monitor.health,
+    )
+    for sample in source.samples():
+        for report in diagnostics.before(sample.log_ns):
+            results.write_diagnostics(*report)
+        output = _output(sample, monitor)
+        tally.add(output, output.alarm)
+        fresh = output.estimate if output.fresh else None
+        if fresh is not None:
+            results.write_state(sample.log_ns, fresh)
+        if output.alarm is not None:
+            results.write_alarm(sample.log_ns, output.alarm)
+        row = diagnostics.add(sample, output.rejection, fresh, output.alarm)
+        if row is not None:
+            results.write_diagnostics(sample.log_ns, (row,))
+        _tell(progress, tally.messages, source.count)
+    last = diagnostics.end()
+    if last is not None:
+        results.write_diagnostics(*last)
+
+
+def _output(sample: Sample, monitor: BeltMonitor) -> MonitorOutput:
+    if isinstance(sample.content, Rejection):
+        return monitor.reject(sample.content)
+    with room_for_hindsight():
+        return monitor.step(sample.content)
 
 
 def _tell(progress: Progress | None, done: int, total: int) -> None:
@@ -129,20 +190,20 @@ def _smooth(
     return tally.summary()
 
 
-def _nothing_usable(source: JointStateBag, settings: DriveSettings, tally: Tally) -> str:
+def _nothing_usable(source: DriveBag, settings: DriveSettings, tally: Tally) -> str:
+    topics = ", ".join(source.topics)
     if tally.messages == 0:
-        return f"{source.path}: {source.topic} holds no messages. Record while the drive runs."
+        return f"{source.path}: {topics} holds no messages. Record while the drive runs."
     reasons = ", ".join(
         f"{count} {reason.name.lower()}" for reason, count in tally.rejected.items() if count
     )
     text = (
-        f"{source.path}: none of the {tally.messages} messages on {source.topic} can be used "
-        f"({reasons})."
+        f"{source.path}: none of the {tally.messages} messages on {topics} can be used ({reasons})."
     )
-    if tally.rejected[Rejection.INCOMPLETE]:
+    if tally.rejected[Rejection.INCOMPLETE] and source.joints_seen:
         text += (
             f" The configuration asks for the joints {settings.driver.name} and "
             f"{settings.driven.name} with their velocities; the messages carry "
-            f"{', '.join(source.joints_seen) or 'none'}. Set driver.joint and driven.joint."
+            f"{', '.join(source.joints_seen)}. Set driver.joint and driven.joint."
         )
     return text

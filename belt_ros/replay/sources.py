@@ -1,7 +1,7 @@
 """Where messages come from: a whole bag, its files one by one, or what is left of a broken one."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader
 
-from belt_ros.replay.errors import BagError, damage_reported
+from belt_ros.replay.errors import BagError, DamagedInsideError, damage_reported
 
 _NOT_A_BAG = (
     "Give a rosbag2 directory (with metadata.yaml), an .mcap or a .db3 file; if it is one, it is "
@@ -36,8 +36,8 @@ class Source(Protocol):
     topics: list[Topic]
     note: str  # what is missing; empty if nothing is
 
-    def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """Yield log time [ns] and CDR bytes of every message on `topic`."""
+    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every message on the topics `names`."""
 
     def close(self) -> None:
         """Release the files."""
@@ -63,25 +63,32 @@ class IntactSource:
             for connection in self._reader.connections
         ]
 
-    def messages(self, topic: str) -> Iterator[tuple[int, bytes]]:
-        """Yield log time [ns] and CDR bytes of every message on `topic`."""
-        chosen = [item for item in self._reader.connections if item.topic == topic]
+    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every message on the topics `names`."""
+        chosen = [item for item in self._reader.connections if item.topic in names]
         if not chosen:
             return
-        with damage_reported(self._path, _DAMAGED_INSIDE):
-            for _, log_ns, data in self._reader.messages(chosen):
-                yield log_ns, data
+        messages = self._reader.messages(chosen)
+        while True:
+            # Only reading is watched: what the taker of a message raises is none of the bag's.
+            with damage_reported(self._path, _DAMAGED_INSIDE, DamagedInsideError):
+                taken = next(messages, None)
+            if taken is None:
+                return
+            connection, log_ns, data = taken
+            yield connection.topic, log_ns, data
 
     def close(self) -> None:
         """Release the files."""
         self._reader.close()
 
 
-def open_sources(path: Path) -> list[Source]:
+def open_sources(path: Path, *, salvage: bool = False) -> list[Source]:
     """Open a bag: whole if it is whole, otherwise file by file.
 
     A recorder that loses power leaves a directory without metadata.yaml and a last MCAP file
-    without its index; both are read here.
+    without its index; both are read here. With `salvage` no index is trusted: every MCAP file is
+    read chunk by chunk, and what is damaged is left out.
 
     Raises
     ------
@@ -90,6 +97,8 @@ def open_sources(path: Path) -> list[Source]:
     """
     if not path.exists():
         raise BagError(f"{path}: no such file or directory. Check the path.")
+    if salvage:
+        return _salvaged(path)
     try:
         with damage_reported(path, _NOT_A_BAG):
             return [IntactSource(path)]
@@ -122,9 +131,9 @@ def _storage_files(path: Path) -> list[Path]:
     return sorted(files, key=number)
 
 
-def _open_files(files: list[Path]) -> list[Source]:
+def _open_files(files: list[Path], *, salvage: bool = False) -> list[Source]:
     """Open those of `files` in which there is anything; the others become a note."""
-    opened = {file.name: _open_file(file) for file in files}
+    opened = {file.name: _open_file(file, salvage=salvage) for file in files}
     sources = [source for source in opened.values() if source is not None]
     hopeless = [name for name, source in opened.items() if source is None]
     if sources and hopeless:
@@ -133,9 +142,17 @@ def _open_files(files: list[Path]) -> list[Source]:
     return sources
 
 
-def _open_file(file: Path) -> Source | None:
-    with suppress(BagError), damage_reported(file, _NOT_A_BAG):
-        return IntactSource(file)
+def _salvaged(path: Path) -> list[Source]:
+    sources = _open_files(_storage_files(path), salvage=True)
+    if not sources:
+        raise BagError(f"{path}: {_DAMAGED_INSIDE}")
+    return sources
+
+
+def _open_file(file: Path, *, salvage: bool = False) -> Source | None:
+    if not (salvage and file.suffix == ".mcap"):
+        with suppress(BagError), damage_reported(file, _NOT_A_BAG):
+            return IntactSource(file)
     if file.suffix == ".mcap":
         # mcap's record classes are needed for broken files only.
         from belt_ros.replay.recovery import RecoveredMcap  # noqa: PLC0415

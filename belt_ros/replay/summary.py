@@ -20,6 +20,7 @@ from belt_ros.estimation import (
     Severity,
 )
 from belt_ros.message_fields import state_fields
+from belt_ros.replay.alarm_events import AlarmEvent, AlarmLog, time_in_alarms
 from belt_ros.replay.quantities import Extreme, FinalQuantity, with_interval
 from belt_ros.replay.smoothed_summary import SmoothedSummary
 from belt_ros.replay.tables import state_units
@@ -56,6 +57,8 @@ class Summary:
     time_in_severity: dict[str, float]
     alarms_raised: int
     worst_severity: str
+    alarms: tuple[AlarmEvent, ...]
+    time_in_alarm: dict[str, float]
     final: dict[str, FinalQuantity]
     smoothed: SmoothedSummary | None
     knowledge: dict[str, str]
@@ -115,6 +118,7 @@ class Tally:
         self._severity = Severity.NORMAL
         self._worst_severity = Severity.NORMAL
         self._raised = 0
+        self._alarms = AlarmLog()
         self._phase_ns = dict.fromkeys(Phase, 0)
         self._severity_ns = dict.fromkeys(Severity, 0)
         self._extremes: dict[str, Extreme] = {}
@@ -154,6 +158,7 @@ class Tally:
     def _note_alarm(self, alarm: AlarmStatus | None) -> None:
         if alarm is None:
             return
+        self._alarms.add(alarm)
         if self._severity is Severity.NORMAL and alarm.active:
             self._raised += 1
         self._severity = alarm.severity
@@ -184,6 +189,7 @@ class Tally:
         last, first_ns = self._last, self._first_ns
         assert last is not None
         assert first_ns is not None
+        alarms = self._alarms.events(last.stamp_ns)
         return Summary(
             drive=self._settings.name,
             bag=bag,
@@ -204,6 +210,8 @@ class Tally:
             time_in_severity=_seconds(self._severity_ns),
             alarms_raised=self._raised,
             worst_severity=self._worst_severity.name.lower(),
+            alarms=alarms,
+            time_in_alarm=time_in_alarms(alarms),
             final=final_quantities(last),
             smoothed=smoothed,
             knowledge=_knowledge(last),

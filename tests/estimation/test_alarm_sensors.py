@@ -187,6 +187,15 @@ def test_a_faulty_sensor_raises_its_own_alarm_and_none_of_the_belt(
     assert not last_of(faulty).acknowledged
 
 
+def test_the_belt_is_not_blamed_while_a_sensor_is_only_just_suspected(run: Runner) -> None:
+    # The load moves at once, and the misfit takes some time to be certain.
+    moving = [[1.8, 0.0], [2.0, 22.0], [3.0, 22.0], [3.75, 38.0], [4.5, 22.0]]
+    stuck = {"at": 3.0, "kind": "stuck", "sensor": "driven_encoder", "duration": 2.0}
+    raised = raised_in(run(**{**SCENARIO, "load": moving}, faults=[stuck]))
+    assert Condition.SENSOR_IMPLAUSIBLE in raised
+    assert not OF_THE_BELT & set(raised), raised
+
+
 def test_an_overload_is_not_taken_for_a_faulty_sensor(run: Runner) -> None:
     slipping = run(
         **SCENARIO,

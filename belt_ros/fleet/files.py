@@ -1,0 +1,61 @@
+"""Files that appear complete or not at all, and folders that only one fleet works in."""
+
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from belt_ros.fleet.errors import FleetError
+from belt_ros.fleet.work import PART
+
+_LOCK = ".lock"
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Yield where to write a file that takes the place of `path` once it is complete."""
+    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART, dir=path.parent)
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        mask = os.umask(0)
+        os.umask(mask)
+        part.chmod(0o666 & ~mask)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Keep others out of a folder, and clear away what a run that was killed has left there.
+
+    Raises
+    ------
+    FleetError
+        If another fleet works there, or it cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("a", encoding="utf-8")
+    except OSError as error:
+        raise FleetError(f"cannot write to {folder}: {error.strerror or error}") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise FleetError(f"{folder}: another fleet is being run there") from error
+        _clear_parts(folder)
+        try:
+            yield
+        finally:
+            _clear_parts(folder)
+
+
+def _clear_parts(folder: Path) -> None:
+    for part in folder.glob(f".*{PART}"):
+        shutil.rmtree(part, ignore_errors=True)

@@ -1,0 +1,94 @@
+"""Which bags a user means by names, directories and patterns."""
+
+import glob
+import re
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from pathlib import Path
+
+from belt_ros.replay.errors import BagError
+
+_STORAGE = (".mcap", ".db3")
+_COMPRESSED = ".zstd"
+_METADATA = "metadata.yaml"
+_RESULTS = ("summary.json", "record.json", "fleet.json")
+
+
+def find_bags(given: Iterable[str | Path]) -> list[Path]:
+    """Return the bags that are meant, each once, in the order given; those of a pattern sorted.
+
+    A directory is a bag if it has a metadata.yaml, or nothing but storage files numbered as parts
+    of one; else it stands for all bags below it. Results of this package are passed over. What is
+    given by name is returned whether or not it is a bag: who reads it says what is wrong with it.
+
+    Raises
+    ------
+    BagError
+        If a pattern matches nothing, or there is no bag below a directory.
+    """
+    found = chain.from_iterable(_meant(str(each)) for each in given)
+    unique = {path.resolve(): path for path in found}
+    return list(unique.values())
+
+
+def _meant(text: str) -> Iterator[Path]:
+    path = Path(text).expanduser()
+    if path.exists() or not glob.has_magic(text):
+        yield from _at(path, by_name=True)
+        return
+    root = Path(path.anchor)
+    matches = sorted(root.glob(str(path.relative_to(root)))) if path.name else []
+    if not matches:
+        raise BagError(f"{text}: nothing matches it. Check the pattern.")
+    for match in matches:
+        yield from _at(match, by_name=False)
+
+
+def _at(path: Path, *, by_name: bool) -> Iterator[Path]:
+    if not path.is_dir() or _is_bag(path):
+        yield path
+        return
+    below = list(_below(path))
+    if not below and by_name:
+        yield path
+    yield from below
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    """Yield the bags below a directory that is none itself."""
+    entries = sorted(folder.iterdir())
+    if any(entry.name in _RESULTS for entry in entries):
+        return
+    for entry in entries:
+        if entry.name.startswith("."):
+            continue
+        if entry.is_dir():
+            if _is_bag(entry):
+                yield entry
+            else:
+                yield from _below(entry)
+        elif entry.suffix in _STORAGE:
+            yield entry
+
+
+def _is_bag(folder: Path) -> bool:
+    if (folder / _METADATA).is_file():
+        return True
+    entries = list(folder.iterdir())
+    parts = [re.fullmatch(r"(.+)_(\d+)", file.stem) for file in entries if file.suffix in _STORAGE]
+    if not parts or any(entry.is_dir() for entry in entries):
+        return False
+    names = {part[1] if part else "" for part in parts}
+    numbers = sorted(int(part[2]) for part in parts if part)
+    return names == {folder.name} or (len(names) == 1 and numbers == list(range(len(parts))))
+
+
+def files_of(bag: Path) -> list[Path]:
+    """Return the files that make up a bag, sorted; those that are read or say how to read them."""
+    if bag.is_file():
+        return [bag]
+    return sorted(
+        file
+        for file in bag.iterdir()
+        if file.is_file() and (file.name == _METADATA or file.suffix in (*_STORAGE, _COMPRESSED))
+    )

@@ -1,0 +1,117 @@
+"""What a bag holds: its topics, and their messages with the types that the bag itself carries."""
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any
+
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from belt_ros.message_types import belt_typestore
+from belt_ros.replay.errors import BagError, damage_reported
+from belt_ros.replay.sources import Topic, close_all, open_sources
+
+
+class Contents:
+    """A bag that is open for reading.
+
+    Parameters
+    ----------
+    path : Path
+        A rosbag2 directory (MCAP or sqlite3), or a bare .mcap or .db3 file.
+    salvage : bool
+        Whether it is known to be damaged inside: then every MCAP file is read chunk by chunk.
+
+    Attributes
+    ----------
+    note : str
+        What of it is lost; empty if nothing is.
+
+    Raises
+    ------
+    BagError
+        If nothing of it can be read.
+    """
+
+    def __init__(self, path: Path, *, salvage: bool = False) -> None:
+        self.path = path
+        self._sources = open_sources(path, salvage=salvage)
+        self.note = " ".join(source.note for source in self._sources if source.note)
+
+    def close(self) -> None:
+        """Release the files."""
+        close_all(self._sources)
+
+    @property
+    def topics(self) -> list[Topic]:
+        """All topics, once for each file that has them."""
+        return [topic for source in self._sources for topic in source.topics]
+
+    def names(self, type_name: str) -> list[str]:
+        """Return the topics of a type: those with messages, or all if none has any."""
+        found = {topic.name for topic in self.topics if topic.type_name == type_name}
+        filled = {topic.name for topic in self.topics if topic.messages and topic.name in found}
+        return sorted(filled or found)
+
+    def count(self, names: Collection[str]) -> int:
+        """Return the number of messages on some topics."""
+        return sum(topic.messages for topic in self.topics if topic.name in names)
+
+    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and bytes of all messages on some topics, in bag order."""
+        for source in self._sources:
+            yield from source.messages(names)
+
+    def reader(self, type_name: str, fields: Collection[str] = ()) -> "MessageReader":
+        """Return what decodes messages of a type, as the bag itself defines it.
+
+        Raises
+        ------
+        BagError
+            If the bag's definition is broken, or lacks one of `fields`.
+        """
+        types = self._types(type_name)
+        try:
+            known = {name for name, _ in types.fielddefs[type_name][1]}
+        except KeyError:
+            raise BagError(f"{self.path}: {type_name} is not defined in it.") from None
+        missing = [name for name in fields if name not in known]
+        if missing:
+            raise BagError(
+                f"{self.path}: its definition of {type_name} has no {', '.join(missing)}; it was "
+                "recorded with another version of that message."
+            )
+        return MessageReader(types, type_name)
+
+    def _types(self, type_name: str) -> Typestore:
+        """Take the type from the bag; from this package and Jazzy where it carries none."""
+        for topic in self.topics:
+            if topic.type_name == type_name and topic.definition:
+                advice = f"Its definition of {type_name} is broken; record the bag anew."
+                with damage_reported(self.path, advice):
+                    types = get_typestore(Stores.EMPTY)
+                    types.register(get_types_from_msg(topic.definition, type_name))
+                return types
+        return belt_typestore()
+
+    def offer(self) -> str:
+        """Return what it holds, in a sentence."""
+        names = sorted({f"{topic.name} [{topic.type_name}]" for topic in self.topics})
+        shown = ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
+        return f"The bag holds: {shown or 'no topics'}."
+
+
+class MessageReader:
+    """Decodes messages of one type."""
+
+    def __init__(self, types: Typestore, type_name: str) -> None:
+        self._types = types
+        self._type_name = type_name
+
+    def read(self, data: bytes) -> Any:
+        """Return a message; None if the bytes are none."""
+        try:
+            return self._types.deserialize_cdr(data, self._type_name)
+        except (SerdeError, ValueError, IndexError):
+            return None

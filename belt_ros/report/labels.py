@@ -1,0 +1,54 @@
+"""What quantities are called in a report, and in which unit they are shown."""
+
+from dataclasses import dataclass
+
+from belt_ros.report.rounding import with_error
+
+
+@dataclass(frozen=True)
+class Label:
+    """How a quantity is shown."""
+
+    text: str
+    unit: str
+    factor: float = 1.0  # from SI to `unit`
+
+    def shown(self, value: float | None, stddev: float | None) -> str:
+        """Return value and standard deviation [SI] with the unit."""
+        return with_error(value, stddev, self.unit, self.factor)
+
+
+LABELS = {
+    "slip": Label("slip", "%", 100.0),
+    "predicted_creep": Label("creep the model predicts", "%", 100.0),
+    "excess_slip": Label("slip beyond creep", "%", 100.0),
+    "tight_tension": Label("tight span", "N"),
+    "slack_tension": Label("slack span", "N"),
+    "mean_tension": Label("tension, mean of both spans", "N"),
+    "friction_stiffness": Label("friction stiffness kf", "MN/m²", 1e-6),
+    "friction_coefficient": Label("friction coefficient µ", ""),
+    "margin": Label("margin", "%", 100.0),
+    "transmitted_torque": Label("torque", "N m"),
+    "capacity_torque": Label("torque at which the belt slips", "N m"),
+    "accumulated_slip": Label("rim travel lost", "m"),
+    "ratio_bias": Label("error of the radius ratio", "10⁻⁶", 1e6),
+}
+
+CONDITIONS = (
+    "no condition",
+    "low margin",
+    "slip beyond creep",
+    "gross slip",
+    "traction lost",
+    "tension lost",
+    "friction lost",
+    "no data",
+    "sensor implausible",
+    "estimator lost",
+)
+SEVERITIES = ("normal", "warning", "alarm", "trip")
+
+
+def condition_name(number: int) -> str:
+    """Return the name of an alarm's condition, also of one that is newer than this program."""
+    return CONDITIONS[number] if number < len(CONDITIONS) else f"condition {number}"

@@ -1,0 +1,1 @@
+"""How often the intervals of `belt identify` hold the truth."""

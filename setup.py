@@ -75,8 +75,11 @@ setup(
             "pytest-xdist",
             "ruff",
             "selenium",
+            "dask",
+            "distributed",
             "types-PyYAML",
         ],
+        "fleet": ["dask", "distributed"],  # for `belt fleet --scheduler`
         "exudyn": ["exudyn==1.13.*"],  # a peer for benchmarks/mechanics
     },
     entry_points={

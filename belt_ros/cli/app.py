@@ -34,17 +34,32 @@ OptionalConfig = Annotated[
 @contextmanager
 def errors_in_one_line() -> Iterator[None]:
     """Report what the user can mend as one red line, without traceback, and exit with 1."""
+    from belt_ros.fleet import FleetError
     from belt_ros.mechanics import DriveError
     from belt_ros.parameter_table import SettingsError
     from belt_ros.replay.errors import BagError
     from belt_ros.replay.results import ResultsError
     from belt_ros.report import ReportError
 
+    mendable = (
+        BagError,
+        DriveError,
+        FleetError,
+        ReportError,
+        ResultsError,
+        SettingsError,
+        OSError,
+    )
     try:
         yield
-    except (BagError, DriveError, ReportError, ResultsError, SettingsError, OSError) as error:
-        typer.secho(" ".join(str(error).split()), fg=typer.colors.RED, err=True)
+    except mendable as error:
+        say_error(str(error))
         raise typer.Exit(1) from error
+
+
+def say_error(text: str) -> None:
+    """Print one red line."""
+    typer.secho(" ".join(text.split()), fg=typer.colors.RED, err=True)
 
 
 @contextmanager

@@ -1,20 +1,31 @@
 """Commands about bags: replay, identify, report, fleet."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from belt_ros.cli.app import Config, app, errors_in_one_line, progress_bar
+from belt_ros.cli.app import Config, app, errors_in_one_line, progress_bar, say_error
+
+if TYPE_CHECKING:
+    from belt_ros.replay.drives import Outcome
 
 
 @app.command(epilog="Example: belt replay my_bag --config config/paper_drive.yaml --out results")
 def replay(
-    bag: Annotated[Path, typer.Argument(help="rosbag2 directory, .mcap or .db3 file.")],
+    bags: Annotated[
+        list[str],
+        typer.Argument(help="rosbag2 directories, .mcap or .db3 files, folders of them, patterns."),
+    ],
     config: Config,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Result directory; <bag>_belt here if not given."),
+        typer.Option(
+            "--out",
+            "-o",
+            help="Result directory; <bag>_belt here if not given. Of several bags, "
+            "each has its own in it.",
+        ),
     ] = None,
     topic: Annotated[
         str | None, typer.Option(help="Topic of the joint states, where there are several.")
@@ -29,32 +40,50 @@ def replay(
     ] = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Estimate a drive's state from a bag: a bag of estimates, Parquet tables, a summary."""
+    """Estimate drives' states from bags: a bag of estimates, Parquet tables, a summary of each."""
+    failed = 0
     with errors_in_one_line():
-        from belt_ros import replay as replaying
-        from belt_ros.settings import load_settings
+        from belt_ros.replay.bags import find_bags
+        from belt_ros.replay.drives import load_drives, replay_drives
 
-        settings = load_settings(config)
-        place = out or Path(f"{_name_of(bag)}_belt")
-        with progress_bar("replaying", quiet=quiet) as progress:
-            summary = replaying.replay(
-                bag,
-                settings,
-                place,
-                topic=topic,
-                replace=force,
-                smooth=smooth,
-                progress=progress,
-            )
-    if not quiet:
-        from belt_ros.terminal import print_summary
+        drives = load_drives(config)
+        found = find_bags(bags)
+        for bag in found:
+            with progress_bar(f"replaying {bag.name}", quiet=quiet) as progress:
+                outcomes = list(
+                    replay_drives(
+                        bag,
+                        drives,
+                        _place(bag, out, several=len(found) > 1),
+                        topic=topic,
+                        replace=force,
+                        smooth=smooth,
+                        progress=progress,
+                    )
+                )
+            failed += sum(_tell(outcome, quiet=quiet) for outcome in outcomes)
+    if failed:
+        raise typer.Exit(1)
 
-        print_summary(summary, place)
+
+def _tell(outcome: "Outcome", *, quiet: bool) -> bool:
+    """Print what came of one drive; whether it failed."""
+    from belt_ros.terminal import print_summary
+
+    if outcome.summary is None:
+        say_error(outcome.error)
+    elif not quiet:
+        print_summary(outcome.summary, outcome.place)
+    return outcome.summary is None
 
 
-def _name_of(bag: Path) -> str:
-    place = bag.resolve()
-    return place.name if place.is_dir() else place.stem
+def _place(bag: Path, out: Path | None, *, several: bool) -> Path:
+    """Return where the results of a bag belong."""
+    bag = bag.resolve()
+    name = bag.name if bag.is_dir() else bag.stem
+    if out is None:
+        return Path(f"{name}_belt")
+    return out / name if several else out
 
 
 @app.command(epilog="Example: belt identify my_bag --config drive.yaml --out identified.yaml")
@@ -122,3 +151,46 @@ def report(
         place = out or Path(f"{results.resolve().name}.html")
         write_report(results, place, baseline)
     typer.echo(f"report in {place}")
+
+
+@app.command(epilog="Example: belt fleet 'bags/*' --config drive.yaml --out fleet")
+def fleet(
+    bags: Annotated[list[str], typer.Argument(help="Bags, folders of bags, patterns.")],
+    config: Config,
+    out: Annotated[Path, typer.Option("--out", "-o", help="Directory of all results.")],
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes; one for each core if not given.")
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, to work there instead.")
+    ] = None,
+    topic: Annotated[
+        str | None, typer.Option(help="Topic of the joint states, where there are several.")
+    ] = None,
+    smooth: Annotated[
+        bool, typer.Option("--smooth/--no-smooth", help="Also what is known with hindsight.")
+    ] = True,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Replay many bags: one table, trends and one page over all. Run again, it goes on."""
+    with errors_in_one_line(), progress_bar("replaying", quiet=quiet) as progress:
+        from belt_ros.fleet import run_fleet
+
+        result = run_fleet(
+            bags,
+            config,
+            out,
+            workers=workers,
+            scheduler=scheduler,
+            smooth=smooth,
+            topic=topic,
+            progress=progress,
+        )
+    for row in result.rows:
+        if row.error:
+            say_error(row.error)
+    if not quiet:
+        typer.echo(
+            f"{result.done} worked on, {result.skipped} done before, {result.failed} failed: "
+            f"{out / 'fleet.html'}"
+        )

@@ -41,8 +41,11 @@ from belt_ros.mechanics.drive import BeltDrive
 _Floats = NDArray[np.float64]
 SPLIT_AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
 _WIDTHS = (0.45, 0.6)  # of a member to begin with, in prior standard deviations
-_FRICTION_WIDTH = 0.2  # of a member in ln mu, once that has become uncertain ...
-_MOST_BY_FRICTION = 32  # ... while there are no more members than this
+# A load at one level leaves tension and mu open along a curve. A wide member sees it bent, follows
+# its tangent, and gains certainty along it that no sensor gave.
+_FRICTION_WIDTH = 0.1  # of a member in ln mu, once that has become uncertain ...
+_CHANGING_WIDER = 2.0  # ... and so many times that while it is blurred by a change of traction ...
+_MOST_BY_FRICTION = 64  # ... while there are no more members than this
 MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
 _REDUCE_EVERY = 10  # updates
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
@@ -318,10 +321,11 @@ class BeltFilter:
             (Index.LOG_FRICTION,),
             (_FRICTION_WIDTH,),
             _MOST_BY_FRICTION,
+            _CHANGING_WIDER,
         )
         if due(components, self._since_branch):
             begin_rate = self.drift.tension_changes
-            components, came_from = branched(components, self._since_branch, begin_rate)
+            components, came_from = branched(components, self._since_branch, begin_rate, MERGE_AXES)
             self._recent.switch(components, came_from)
             self._since_branch = 0.0
         self._population.adopt(components)

@@ -25,19 +25,23 @@ def renewed(
     return Component(component.log_weight, means, covariance)
 
 
-def condensed(components: list[Component], axes: Sequence[int]) -> list[Component]:
-    """Return at most `MEMBERS` members of the same mean and covariance, exactly symmetric.
+def condensed(
+    components: list[Component], axes: Sequence[int], most: int = MEMBERS
+) -> list[Component]:
+    """Return at most `most` members of the same mean and covariance, exactly symmetric.
 
     Negligible members are dropped, those alike along `axes` merged, and then the least likely
     merged into its neighbour for as long as there are too many (M. West, 1993).
     """
     kept = reduced(components, axes)
     places = list(axes)
-    while len(kept) > MEMBERS:
-        least = kept.pop(min(range(len(kept)), key=lambda k: kept[k].log_weight))
-        means = np.stack([c.mean[places] for c in kept])
-        variances = np.stack([c.covariance[places, places] for c in kept])
-        shift = (means - least.mean[places]) ** 2
-        nearest = int(np.argmin(np.sum(shift / (variances + least.covariance[places, places]), 1)))
-        kept[nearest] = merge(kept[nearest], least)
+    means = np.stack([c.mean[places] for c in kept])
+    variances = np.stack([c.covariance[places, places] for c in kept])
+    while len(kept) > most:
+        at = min(range(len(kept)), key=lambda k: kept[k].log_weight)
+        least, mean, variance = kept.pop(at), means[at], variances[at]
+        means, variances = np.delete(means, at, 0), np.delete(variances, at, 0)
+        nearest = int(np.argmin(np.sum((means - mean) ** 2 / (variances + variance), 1)))
+        kept[nearest] = both = merge(kept[nearest], least)
+        means[nearest], variances[nearest] = both.mean[places], both.covariance[places, places]
     return [replace(c, covariance=0.5 * (c.covariance + c.covariance.T)) for c in kept]

@@ -78,11 +78,13 @@ def narrowed(
     axes: Sequence[int],
     widths: Sequence[float],
     most: int = _MOST_MEMBERS,
+    changing: float = 1.0,
 ) -> list[Component]:
     """Split members along `axes` until none that matters is wider than `widths`.
 
     So that a model that bends is nearly straight within each. No member is split once there are
-    more than `most` of these, or as many as the filter may have in all.
+    more than `most` of these, or as many as the filter may have in all. Members in which
+    traction is changing may be wider by the factor `changing`.
     """
     for axis, width in zip(axes, widths, strict=True):
         best = max(component.log_weight for component in components)
@@ -91,7 +93,8 @@ def narrowed(
         for component in sorted(components, key=lambda c: -c.log_weight):
             full = len(parts) > most or len(parts) + left > _MOST_MEMBERS
             left -= 1
-            ratio = max(width / math.sqrt(component.covariance[axis, axis]), _FINEST)
+            widest = width * changing if component.changing else width
+            ratio = max(widest / math.sqrt(component.covariance[axis, axis]), _FINEST)
             light = component.log_weight < best + math.log(_SPLIT_ABOVE)
             if light or ratio * _WORTH_SPLITTING > 1.0 or full:
                 parts.append(component)

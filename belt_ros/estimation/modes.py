@@ -5,13 +5,13 @@ before slower quantities are bent to explain it.
 """
 
 import math
+from collections.abc import Sequence
 
-import numpy as np
-
+from belt_ros.estimation.condensing import condensed
 from belt_ros.estimation.gaussian_sum import Component
 
 _BRANCH_EVERY = 1.0  # [s]
-_BRANCHES = 6  # members that change modes then, for all of their mode
+_BRANCHES = 6  # members, at most, in which a mode changes into the other
 _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 
 
@@ -25,7 +25,7 @@ def due(components: list[Component], elapsed: float) -> bool:
 
 
 def branched(
-    components: list[Component], elapsed: float, begin_rate: float
+    components: list[Component], elapsed: float, begin_rate: float, axes: Sequence[int]
 ) -> tuple[list[Component], list[bool]]:
     """Let members of the best one's mode change into the other.
 
@@ -37,6 +37,8 @@ def branched(
         [s] since members last changed modes.
     begin_rate : float
         At which traction begins to change [1/s].
+    axes : sequence of int
+        Along which members that change are told apart.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def branched(
     best = max(components, key=lambda component: component.log_weight)
     begun, ended = begin_rate * elapsed, _CHANGE_END_RATE * elapsed
     leaving = math.log(-math.expm1(-(ended if best.changing else begun)))
-    branches = _branches(components, changing=best.changing, log_share=leaving)
+    branches = _branches(components, leaving, axes, changing=best.changing)
     came_from = [component.changing for component in components]
     came_from += [best.changing] * len(branches)
     for component in components:
@@ -56,13 +58,12 @@ def branched(
     return components + branches, came_from
 
 
-def _branches(components: list[Component], *, changing: bool, log_share: float) -> list[Component]:
-    """Return the share of a mode that changes into the other, at its heaviest members."""
-    mode = sorted((c for c in components if c.changing is changing), key=lambda c: -c.log_weight)
-    weights = [c.log_weight for c in mode]
-    heaviest = np.logaddexp.reduce(weights[:_BRANCHES])
-    scale = log_share + float(np.logaddexp.reduce(weights) - heaviest)
+def _branches(
+    components: list[Component], log_share: float, axes: Sequence[int], *, changing: bool
+) -> list[Component]:
+    """Return the share of a mode that changes into the other: few members, as wide as all."""
+    mode = [component for component in components if component.changing is changing]
     return [
-        Component(c.log_weight + scale, c.mean, c.covariance, not changing)
-        for c in mode[:_BRANCHES]
+        Component(c.log_weight + log_share, c.mean, c.covariance, not changing)
+        for c in condensed(mode, axes, _BRANCHES)
     ]

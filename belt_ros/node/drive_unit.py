@@ -114,6 +114,10 @@ class DriveUnit:
             unit.input_reorder_window,
             unit.input_slop,
             self._take,
+            disorder=unit.input_disorder,
+            gap=settings.limits.greatest_gap,
+            loads=unit.input_loads,
+            heard=self._hear,
         )
         self._pipeline = Pipeline(
             self._node.get_name(), self._inputs.sources, settings, unit.input_skew

@@ -84,8 +84,6 @@ class SlipAlarm:
 
     def _clear(self) -> None:
         alarm, warning = Severity.ALARM, Severity.WARNING
-        self.watch = SensorWatch()
-        self._channels = Channels()
         self._stale = ConditionAlarm(Condition.SENSOR_STALE, (alarm, warning))
         self._implausible = ConditionAlarm(Condition.SENSOR_IMPLAUSIBLE, (alarm,))
         self._lost = ConditionAlarm(Condition.ESTIMATOR_LOST, (alarm,))
@@ -103,10 +101,18 @@ class SlipAlarm:
             self._low_margin,
             self._traction,
         )
-        self._estimate: BeltEstimate | None = None
         self._now_ns = 0
-        self._moving = 0.0  # [s] since motion began
         self._naming = (Condition.TRACTION_LOST, 0.0)  # a name that is on its way, and since when
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget what is raised, as where time begins anew; latches and counts stay."""
+        self.watch = SensorWatch()
+        self._channels = Channels()
+        for each in self._all:
+            each.begin_anew()
+        self._estimate: BeltEstimate | None = None
+        self._moving = 0.0  # [s] since motion began
         self._silence = 0.0
         self._changed = True  # since it was last told
 

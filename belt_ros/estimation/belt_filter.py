@@ -45,7 +45,7 @@ _WIDTHS = (0.45, 0.6)  # of a member to begin with, in prior standard deviations
 # its tangent, and gains certainty along it that no sensor gave.
 _FRICTION_WIDTH = 0.1  # of a member in ln mu, once that has become uncertain ...
 _CHANGING_WIDER = 2.0  # ... and so many times that while it is blurred by a change of traction ...
-_MOST_BY_FRICTION = 64  # ... while there are no more members than this
+_MOST_BY_FRICTION = 40  # ... while there are no more members than this
 MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
 _REDUCE_EVERY = 10  # updates
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off

@@ -128,7 +128,16 @@ class ConditionAlarm:
         self.first_ns = 0
         self.last_ns = 0
         self._acknowledged = True
-        self._switches = tuple((severity, _Switch()) for severity in severities)
+        self._severities = tuple(severities)
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget what is raised, or on its way to be; what waits for acknowledgement still does."""
+        self.severity = Severity.NORMAL
+        self.holds = False
+        if self._acknowledged:
+            self.latched = Severity.NORMAL
+        self._switches = tuple((severity, _Switch()) for severity in self._severities)
         self._stamp_ns: int | None = None
         self._idle = True  # neither raised, nor on its way to be
 

@@ -78,7 +78,7 @@ class Credence:
         self._misfit.update(innovation, dt)
 
     def contradict(self) -> None:
-        """Note that the motion had to be begun anew, against all that was believed."""
+        """Note that a sensor cannot be right, or that the motion had to be begun anew."""
         self._misfit.begin()
 
     def reconsider(self, stamp_ns: int) -> None:

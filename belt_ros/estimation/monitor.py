@@ -145,6 +145,7 @@ class BeltMonitor:
         self._credence.initial = None
         self.restart()
         self._record.reset()
+        self.alarm.reset()
 
     def start_anew(self) -> None:
         """Start anew at the priors, after what could not be computed; measurements stay counted."""
@@ -154,13 +155,13 @@ class BeltMonitor:
     def restart(self) -> None:
         """Start anew at what was restored or set by maintenance or calibration, else at the priors.
 
-        The alarm starts anew as well, and a calibration that is under way is given up; measurements
-        go on being counted.
+        A calibration that is under way is given up, and what is raised is judged anew; latches stay
+        until acknowledged, and measurements go on being counted.
         """
         self._record.count_reset()
         self._calibration = Calibration(self._drive, self._noise)
         self._begin()
-        self.alarm.reset()
+        self.alarm.begin_anew()
 
     def retune(
         self, noise: SensorNoise, drift: Drift, limits: SensorLimits, alarm: AlarmSettings
@@ -271,6 +272,8 @@ class BeltMonitor:
         if calibrated is not None and calibrated.ratio_bias is not None:
             self._credence.adopt(with_ratio_bias(self._credence.known or [], calibrated.ratio_bias))
         alarm = self.alarm.update(estimate, measurement, self._capacity)
+        if self.alarm.watch.contrary:
+            self._credence.contradict()
         return MonitorOutput(Rejection.NONE, estimate, alarm, calibrated, fresh=True)
 
     def _advance(self, measurement: Measurement) -> Rejection:

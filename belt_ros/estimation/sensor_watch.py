@@ -92,6 +92,11 @@ class SensorWatch:
         self._contrary = Evidence.GONE
         self._stamp_ns: int | None = None
 
+    @property
+    def contrary(self) -> bool:
+        """Whether the belt seems to slip against the power, which no belt can."""
+        return self._contrary is Evidence.MET
+
     def see(self, seen: _Places, surprises: _Floats, dt: float) -> None:
         """Take in the surprises of a measurement, `dt` [s] after the one before.
 

@@ -114,14 +114,13 @@ class RigNode(Node):
         warm_up(self._fleet)
         self._wait_for_subscriber(stopped)
         scenario = self.scenario
-        start_ns = self.get_clock().now().nanoseconds
+        start_ns, begin = self.get_clock().now().nanoseconds, time.monotonic()
         period_ns = scenario.stamp_ns(1)
         self.get_logger().info(
             f"playing scenario {scenario.name}: {scenario.duration:g} s at "
             f"{scenario.sample_rate:g} Hz, {self._told.rate_factor:g} times real time"
         )
         published = 0
-        begin = time.monotonic()
         first_ns = start_ns
         while not stopped():
             for instants in self._fleet.play(start_ns, self._rates):

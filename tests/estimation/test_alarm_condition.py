@@ -168,3 +168,16 @@ def test_without_delays_it_follows_at_once() -> None:
 )
 def test_between_the_thresholds_nothing_is_decided(value: float, evidence: Evidence) -> None:
     assert judged(value, 0.8, 0.4) is evidence
+
+
+def test_a_latch_outlives_a_time_that_begins_anew() -> None:
+    machine = ConditionAlarm(Condition.LOW_MARGIN, (Severity.ALARM,))
+    machine.update(0, (Evidence.MET,), Delays(0.0, 0.0), longest=1.0)
+    assert machine.severity is Severity.ALARM
+
+    machine.begin_anew()
+    assert (machine.severity, machine.latched) == (Severity.NORMAL, Severity.ALARM)
+    assert not machine.acknowledged
+    assert machine.count == 1
+    machine.acknowledge()
+    assert not machine.told

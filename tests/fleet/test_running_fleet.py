@@ -23,7 +23,8 @@ from belt_ros.replay.drives import load_drives
 
 
 def records(out):
-    return {path.parent.name: path.stat() for path in (out / "bags").glob("*/record.json")}
+    records = (out / "bags").glob("*/record.json")
+    return {path.parent.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in records}
 
 
 def leftovers(out):

@@ -10,7 +10,7 @@ from benchmarks.faults.judge import Verdict, judged
 from benchmarks.faults.run import play
 from benchmarks.faults.timeline import timeline
 
-pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("fault_suite")]
+pytestmark = [pytest.mark.ros, pytest.mark.long, pytest.mark.xdist_group("fault_suite")]
 
 BEGIN, END, DURATION = 3.5, 4.7, 8.0  # [s]
 LOAD = [[2.0, 0.0], [2.2, 30.0]]
@@ -60,7 +60,7 @@ def verdict(case: Case) -> Verdict:
 
 @pytest.fixture(scope="module")
 def verdicts() -> dict[str, Verdict]:
-    with ThreadPoolExecutor(len(CASES)) as pool:
+    with ThreadPoolExecutor(2) as pool:
         return dict(zip(NAMES, pool.map(verdict, CASES), strict=True))
 
 

@@ -89,8 +89,15 @@ def test_measurements_are_those_of_the_node_whatever_comes(
     bag = record(tmp_path_factory.mktemp("any") / "bag", [*needed, *logged])
     inputs = InputSettings(kind, disorder=disorder)
     ours = [sample.content for sample in read(bag, settings, inputs)]
-    assert [repr(each) for each in ours] == [repr(each) for each in live(bag, settings, inputs)]
+    theirs = live(bag, settings, inputs)
+    # When a message that cannot be used is told of, between two that can, is not compared.
+    assert _told(ours, Measurement) == _told(theirs, Measurement)
+    assert sorted(_told(ours, Rejection)) == sorted(_told(theirs, Rejection))
     assert all(isinstance(each, Measurement | Rejection) for each in ours)
+
+
+def _told(taken, kind):
+    return [repr(each) for each in taken if isinstance(each, kind)]
 
 
 _PULLEYS = ("driver", "driven")

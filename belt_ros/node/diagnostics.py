@@ -8,36 +8,19 @@ from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
-from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Phase, Rejection, Severity
+from belt_ros.diagnostic_rows import (
+    REJECTION_ADVICE,
+    Level,
+    drive_row,
+    judge_fit,
+    number_text,
+    words,
+)
+from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Rejection
 from belt_ros.estimation.calibration import CalibrationResult
-from belt_ros.estimation.fit import worst_sensor
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.memory import MemoryReport, span
 from belt_ros.node.source_meter import SKEW_LIMIT, clock_skew, clock_trouble
-
-REJECTION_ADVICE: dict[Rejection, str] = {
-    Rejection.NONE: "accepted",
-    Rejection.NOT_FINITE: "all values are NaN, or one is infinite: check the sensor and its driver",
-    Rejection.OUT_OF_RANGE: "a speed or torque is beyond limits.*: check the sensor and its units",
-    Rejection.STALE: "older than allowed: check the clocks of sender and receiver",
-    Rejection.OUT_OF_ORDER: "the stamp does not follow the one before: check that the sender "
-    "stamps its messages, and that there is only one",
-    Rejection.GATED: "statistically impossible: check the sensor, and noise.* in the parameters",
-    Rejection.INCOMPLETE: "a named joint or its velocity is missing: check driver.joint and "
-    "driven.joint against the names in the message",
-    Rejection.MALFORMED: "arrays empty, too long or of unequal length, or an impossible stamp: "
-    "check the sender",
-}
-_LEVELS = {
-    Severity.NORMAL: DiagnosticStatus.OK,
-    Severity.WARNING: DiagnosticStatus.WARN,
-    Severity.ALARM: DiagnosticStatus.ERROR,
-    Severity.TRIP: DiagnosticStatus.ERROR,
-}
-_LOST_ADVICE = (
-    "the measurements contradict the drive description: check radii, signs and torque scales, "
-    "then reset"
-)
 
 
 def drive_status(
@@ -60,66 +43,12 @@ def drive_status(
     greatest_gap : float
         Time after which the estimate is stale [s].
     """
-    level, message = _judge_drive(estimate, alarm, unused, greatest_gap)
-    values = {} if estimate is None else _drive_values(estimate, alarm)
-    return status_row(f"{node_name}: {drive_name}", drive_name, level, message, values)
+    row = drive_row(node_name, drive_name, estimate, alarm, unused, greatest_gap)
+    return status_row(row.name, row.hardware_id, _byte(row.level), row.message, row.values)
 
 
-def _judge_drive(
-    estimate: BeltEstimate | None, alarm: AlarmStatus | None, unused: float, greatest_gap: float
-) -> tuple[bytes, str]:
-    if estimate is None or unused > greatest_gap:
-        return (
-            DiagnosticStatus.STALE,
-            f"no usable measurement for {unused:.1f} s: see the row of the input",
-        )
-    if alarm is not None and alarm.severity > Severity.WARNING:
-        return _LEVELS[alarm.severity], alarm.message
-    if estimate.phase is Phase.LOST:
-        return DiagnosticStatus.ERROR, _LOST_ADVICE
-    if alarm is not None and alarm.active:
-        return _LEVELS[alarm.severity], alarm.message
-    if alarm is not None and not alarm.acknowledged:
-        return (
-            DiagnosticStatus.WARN,
-            f"{alarm.latched_severity.name.lower()} is over but not acknowledged: find its cause, "
-            "then acknowledge",
-        )
-    return (
-        DiagnosticStatus.OK,
-        f"{estimate.phase.name.lower().replace('_', ' ')}, {estimate.margin.value:.0%} margin",
-    )
-
-
-def _drive_values(estimate: BeltEstimate, alarm: AlarmStatus | None) -> dict[str, float]:
-    values: dict[str, float] = {"phase": estimate.phase}
-    for key, quantity in (
-        ("slip [-]", estimate.slip),
-        ("excess slip [-]", estimate.excess_slip),
-        ("transmitted torque [N m]", estimate.transmitted_torque),
-        ("mean tension [N]", estimate.mean_tension),
-        ("kf [N/m2]", estimate.friction_stiffness),
-        ("friction coefficient [-]", estimate.friction_coefficient),
-        ("margin [-]", estimate.margin),
-        ("capacity torque [N m]", estimate.capacity_torque),
-    ):
-        name, _, unit = key.partition(" [")
-        values[key] = quantity.value
-        values[f"{name} stddev [{unit}"] = quantity.stddev
-    values["gross slip probability [-]"] = estimate.gross_slip_probability
-    reserve, lost, fit = estimate.reserve, estimate.lost_traction, estimate.health.fit
-    values["gross slip probability at peak load [-]"] = reserve.gross_slip_probability_at_peak_load
-    values["traction lost probability [-]"] = lost.traction
-    values["tension lost probability [-]"] = lost.tension
-    values["friction lost probability [-]"] = lost.friction
-    values["fit"] = fit.consistency
-    values["fit mean [-]"] = fit.mean
-    values["fit lowest [-]"] = fit.lowest
-    values["fit highest [-]"] = fit.highest
-    values["alarm severity"] = Severity.NORMAL if alarm is None else alarm.severity
-    values["alarm latched severity"] = Severity.NORMAL if alarm is None else alarm.latched_severity
-    values["alarms raised"] = 0 if alarm is None else alarm.count
-    return values
+def _byte(level: Level) -> bytes:
+    return bytes((level,))
 
 
 def input_status(
@@ -156,7 +85,7 @@ def input_status(
         values[f"rate of {source.topic} [Hz]"] = source.rate
     for reason, count in zip(Rejection, health.rejections, strict=True):
         if reason is not Rejection.NONE:
-            values[f"rejected {_words(reason)}"] = count
+            values[f"rejected {words(reason)}"] = count
     for sensor, fit in health.sensor_fits:
         values[f"fit {sensor} mean [-]"] = fit.mean
     return status_row(f"{node_name}: {drive_name} input", drive_name, level, message, values)
@@ -177,25 +106,14 @@ def _judge_input(
         every = report.accepted == 0
         return (
             DiagnosticStatus.ERROR if every else DiagnosticStatus.WARN,
-            f"{'all' if every else 'some'} measurements rejected ({_words(reason)}): "
+            f"{'all' if every else 'some'} measurements rejected ({words(reason)}): "
             f"{REJECTION_ADVICE[reason]}",
         )
     trouble = clock_trouble(report.sources, skew_limit)
     if trouble:
         return DiagnosticStatus.WARN, trouble
-    return _judge_fit(health)
-
-
-def _judge_fit(health: Health) -> tuple[bytes, str]:
-    worst = worst_sensor(health.sensor_fits)
-    if worst is not None:
-        sensor, fit = worst
-        return (
-            DiagnosticStatus.WARN,
-            f"{sensor} fits worst: its squared errors are {fit.mean:.2g} times those expected; "
-            "check it and its noise.* in the parameters, and the pulleys' scales and inertias",
-        )
-    return DiagnosticStatus.OK, "every measurement is used"
+    level, message = judge_fit(health)
+    return _byte(level), message
 
 
 def memory_status(node_name: str, drive_name: str, report: MemoryReport) -> DiagnosticStatus:
@@ -239,10 +157,6 @@ def calibration_status(
     return status_row(f"{node_name}: {drive_name} calibration", drive_name, level, message, values)
 
 
-def _words(reason: Rejection) -> str:
-    return reason.name.lower().replace("_", " ")
-
-
 def status_row(
     name: str, hardware_id: str, level: bytes, message: str, values: Mapping[str, float]
 ) -> DiagnosticStatus:
@@ -252,9 +166,9 @@ def status_row(
         name=name,
         hardware_id=hardware_id,
         message=message,
-        values=[KeyValue(key=key, value=_number(value)) for key, value in values.items()],
+        values=[
+            KeyValue(key=key, value=number_text(value))
+            for key, value in values.items()
+            if math.isfinite(value)
+        ],
     )
-
-
-def _number(value: float) -> str:
-    return str(int(value)) if isinstance(value, int) else f"{value:.6g}"

@@ -15,11 +15,12 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import Trigger
 
+from belt_ros.diagnostic_rows import REJECTION_ADVICE
 from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejection, Severity
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node import services
 from belt_ros.node.conversions import alarm_message, state_message
-from belt_ros.node.diagnostics import REJECTION_ADVICE, memory_status
+from belt_ros.node.diagnostics import memory_status
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.memory import Memory

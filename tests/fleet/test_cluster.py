@@ -12,7 +12,7 @@ from fleet_bags import CONFIG, REPOSITORY, make_bags, make_damaged
 from belt_ros.fleet import FleetError, run_fleet
 
 pytest.importorskip("distributed")
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.slow
 
 
 def start(log, *arguments):

@@ -24,7 +24,7 @@ from belt_ros.message_types import belt_typestore
 from belt_ros.replay import STATE_TOPIC, replay
 from belt_ros.settings import load_settings
 
-pytestmark = [pytest.mark.ros, pytest.mark.long]
+pytestmark = pytest.mark.ros
 BAG = ROOT / "tests" / "data" / "rig_bag"
 _PLAY = """
 import json, sys

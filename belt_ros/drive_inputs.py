@@ -51,14 +51,42 @@ class InputSettings:
     loads: bool = False  # come as Float64 beside them
 
 
-_NUMBERS = {
-    "input_reorder_window": Parameter("input_reorder_window", 0.05, "", "s", 0.0, 10.0),
-    "input_disorder": Parameter("input_disorder", 0.0, "", "s", 0.0, 10.0),
-    "input_slop": Parameter("input_slop", 0.001, "", "s", 0.0, 1.0),
-}
-_KIND = Parameter(
-    "input", InputKind.JOINT_STATE.value, "", choices=tuple(kind.value for kind in InputKind)
+_TABLE = (
+    Parameter(
+        "input",
+        InputKind.JOINT_STATE.value,
+        "what speeds and torques come as: one joint_states; driver/state and driven/state "
+        "(belt_msgs/PulleyState); or driver/speed, driver/torque, driver/position and the same of "
+        "driven (std_msgs/Float64)",
+        choices=tuple(kind.value for kind in InputKind),
+    ),
+    Parameter(
+        "input_reorder_window",
+        0.05,
+        "how long a message waits at most for what other topics say of the same time; joint_states "
+        "alone waits for nothing",
+        "s",
+        0.0,
+        10.0,
+    ),
+    Parameter(
+        "input_disorder",
+        0.0,
+        "how much older than the newest of its own topic a message may come; all wait that long",
+        "s",
+        0.0,
+        10.0,
+    ),
+    Parameter(
+        "input_slop",
+        0.001,
+        "stamps of different topics that differ by no more than this are one measurement",
+        "s",
+        0.0,
+        1.0,
+    ),
 )
+INPUT_PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _TABLE}
 
 
 def inputs_from_parameters(values: Mapping[str, object]) -> InputSettings:
@@ -69,15 +97,14 @@ def inputs_from_parameters(values: Mapping[str, object]) -> InputSettings:
     SettingsError
         For a wrong type or a value out of range.
     """
-    kind = InputKind(_KIND.check(values.get("input", _KIND.default)))
-    window, disorder, slop = (
-        float(parameter.check(values.get(name, parameter.default)))
-        for name, parameter in _NUMBERS.items()
+    kind, window, disorder, slop = (
+        parameter.check(values.get(name, parameter.default))
+        for name, parameter in INPUT_PARAMETERS.items()
     )
     loads = values.get("input_loads", False)
     if not isinstance(loads, bool):
         raise SettingsError(f"input_loads is {loads!r}; it must be true or false")
-    return InputSettings(kind, window, disorder, slop, loads)
+    return InputSettings(InputKind(kind), float(window), float(disorder), float(slop), loads)
 
 
 def load_inputs(path: str | Path, drive: str = "") -> InputSettings:
@@ -134,7 +161,7 @@ def feeds(kind: InputKind, prefix: str, joints: tuple[Joint, Joint], *, loads: b
     """
     found: list[Feed] = []
     if kind is InputKind.JOINT_STATE:
-        read = partial(_joints, joints)
+        read = _joint_state_reader(*joints)
         found.append(Feed("joint_states", JOINT_STATE, read, fields=_JOINT_STATE_FIELDS))
     elif kind is InputKind.PULLEY_STATE:
         found += [
@@ -177,17 +204,35 @@ def stamp_of(message: Any) -> int | None:
     return int(stamp.sec) * _SECOND_NS + int(stamp.nanosec)
 
 
-def _joints(joints: tuple[Joint, Joint], message: Any, _: int) -> Measurement | Rejection:
+def measurement_from_joint_state(
+    driver: Joint, driven: Joint, message: Any
+) -> Measurement | Rejection:
+    """Read the two pulleys out of a sensor_msgs/JointState, or say why that is impossible."""
     stamp_ns = stamp_of(message)
     if stamp_ns is None or len(message.name) > _MOST_JOINTS:
         return Rejection.MALFORMED
     return measurement_from_joints(
-        *joints, stamp_ns, message.name, message.velocity, message.effort, message.position
+        driver,
+        driven,
+        stamp_ns,
+        message.name,
+        message.velocity,
+        message.effort,
+        message.position,
     )
 
 
-def _pulley(pulley: str, message: Any, _: int) -> Measurement | Rejection:
-    """Read one pulley. The driver's span tension is of a span that `Measurement` does not know."""
+def _joint_state_reader(
+    driver: Joint, driven: Joint
+) -> Callable[[Any, int], Measurement | Rejection]:
+    return lambda message, _: measurement_from_joint_state(driver, driven, message)
+
+
+def reading_from_pulley_state(pulley: str, message: Any) -> Measurement | Rejection:
+    """Read a belt_msgs/PulleyState of the ``"driver"`` or ``"driven"`` pulley.
+
+    The driver's span tension is of a span that `Measurement` does not know.
+    """
     stamp_ns = stamp_of(message)
     if stamp_ns is None:
         return Rejection.MALFORMED
@@ -195,6 +240,10 @@ def _pulley(pulley: str, message: Any, _: int) -> Measurement | Rejection:
     if pulley == "driven":
         values["span_tension"] = message.span_tension
     return reading(stamp_ns, values)
+
+
+def _pulley(pulley: str, message: Any, _: int) -> Measurement | Rejection:
+    return reading_from_pulley_state(pulley, message)
 
 
 def _number(channel: str, message: Any, stamp_ns: int) -> Measurement | Rejection:

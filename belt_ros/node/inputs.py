@@ -1,81 +1,32 @@
 """One drive's input: which topics, as what messages, and how they become measurements."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from belt_msgs.msg import PulleyState
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
+from belt_ros.drive_inputs import (
+    FLOAT64,
+    JOINT_STATE,
+    PULLEY_STATE,
+    Feed,
+    InputKind,
+    feeds,
+    stamp_of,
+)
 from belt_ros.estimation import Joint, Measurement, Rejection
 from belt_ros.estimation.assembler import Assembler, Dropped
 from belt_ros.estimation.joint_readings import JointReadings
-from belt_ros.node.conversions import (
-    measurement_from_joint_state,
-    nanoseconds,
-    reading,
-    reading_from_driven_state,
-    reading_from_driver_state,
-    stamp_is_possible,
-)
-from belt_ros.node.parameter_tables import InputKind
+from belt_ros.node.conversions import nanoseconds
 from belt_ros.node.topic_hub import TopicHub
 
 Take = Callable[[Measurement | Rejection, str, int], None]
 Heard = Callable[[str, int | None], None]
 _MOST_WAITING = 10_000  # samples: ten topics of 1 kHz for a second
-_MOTION = ("speed", "torque", "position")
-_LOADS = {
-    "driver/hub_load": "driver_hub_load",
-    "driven/hub_load": "driven_hub_load",
-    "driven/span_tension": "span_tension",
-}
-
-
-class _Feed(NamedTuple):
-    """One topic. `read` makes a sample of a message, given the time it came [ns]."""
-
-    topic: str
-    message_type: type
-    read: Callable[[Any, int], Measurement | Rejection]
-    stamped: bool = True
-
-
-def _number(channel: str, message: Float64, now_ns: int) -> Measurement | Rejection:
-    return reading(now_ns, {channel: message.data})
-
-
-def _numbers(channels: Iterable[tuple[str, str]], prefix: str) -> Iterator[_Feed]:
-    for topic, channel in channels:
-        yield _Feed(prefix + topic, Float64, partial(_number, channel), stamped=False)
-
-
-def _feeds(
-    kind: InputKind, prefix: str, driver: Joint, driven: Joint, *, loads: bool
-) -> Iterator[_Feed]:
-    if kind is InputKind.JOINT_STATE:
-        yield _Feed(
-            "joint_states",
-            JointState,
-            lambda message, _: measurement_from_joint_state(driver, driven, message),
-        )
-    elif kind is InputKind.PULLEY_STATE:
-        yield _Feed(
-            f"{prefix}driver/state",
-            PulleyState,
-            lambda message, _: reading_from_driver_state(message),
-        )
-        yield _Feed(
-            f"{prefix}driven/state",
-            PulleyState,
-            lambda message, _: reading_from_driven_state(message),
-        )
-    else:
-        pairs = [(pulley, what) for pulley in ("driver", "driven") for what in _MOTION]
-        yield from _numbers(((f"{p}/{what}", f"{p}_{what}") for p, what in pairs), prefix)
-    if loads and kind is not InputKind.PULLEY_STATE:
-        yield from _numbers(_LOADS.items(), prefix)
+_TYPES = {JOINT_STATE: JointState, PULLEY_STATE: PulleyState, FLOAT64: Float64}
 
 
 class DriveInputs:
@@ -142,14 +93,14 @@ class DriveInputs:
         self._heard = heard
         self._at_joints = kind is not InputKind.JOINT_STATE
         self._joints = joints
-        feeds = tuple(_feeds(kind, prefix, *joints, loads=loads))
+        found = feeds(kind, prefix, joints, loads=loads)
         self._assembler_of = partial(
-            Assembler, window, slop, len(feeds), _MOST_WAITING, disorder, gap
+            Assembler, window, slop, len(found), _MOST_WAITING, disorder, gap
         )
         self.begin()
         self._sources = tuple(
-            hub.subscribe(feed.message_type, feed.topic, partial(self._hear, place, feed))
-            for place, feed in enumerate(feeds)
+            hub.subscribe(_TYPES[feed.type_name], feed.topic, partial(self._hear, place, feed))
+            for place, feed in enumerate(found)
         )
 
     @property
@@ -178,16 +129,15 @@ class DriveInputs:
             self._pass_on(self._assembler.flush(), "")
         self._quiet = True
 
-    def _hear(self, place: int, feed: _Feed, message: Any) -> None:
+    def _hear(self, place: int, feed: Feed, message: Any) -> None:
         self._quiet = False
         topic = self._sources[place]
         if feed.stamped:
-            stamp_ns = nanoseconds(message.header.stamp)
-            possible = stamp_is_possible(message.header.stamp)
+            stamp_ns, known = nanoseconds(message.header.stamp), stamp_of(message)
         else:
-            stamp_ns, possible = self._hub.now_ns(), True
+            stamp_ns = known = self._hub.now_ns()
         if self._heard is not None:
-            self._heard(topic, stamp_ns if possible else None)
+            self._heard(topic, known)
         sample = feed.read(message, stamp_ns)
         if isinstance(sample, Rejection):
             self._take(sample, topic, stamp_ns)

@@ -2,20 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Any
 
+from belt_ros.drive_inputs import INPUT_PARAMETERS, InputKind
 from belt_ros.parameter_table import PARAMETERS, Parameter, SettingsError
 from belt_ros.settings import DriveSettings
-
-
-class InputKind(str, Enum):
-    """What speeds and torques come as."""
-
-    JOINT_STATE = "joint_state"
-    PULLEY_STATE = "pulley_state"
-    FLOAT64 = "float64"
 
 
 class _Switch(Parameter):
@@ -56,39 +48,7 @@ def _node_table() -> Iterator[Parameter]:
 
 
 def _unit_table() -> Iterator[Parameter]:
-    yield Parameter(
-        "input",
-        InputKind.JOINT_STATE.value,
-        "what speeds and torques come as: one joint_states; driver/state and driven/state "
-        "(belt_msgs/PulleyState); or driver/speed, driver/torque, driver/position and the same of "
-        "driven (std_msgs/Float64)",
-        choices=tuple(kind.value for kind in InputKind),
-    )
-    yield Parameter(
-        "input_reorder_window",
-        0.05,
-        "how long a message waits at most for what other topics say of the same time; joint_states "
-        "alone waits for nothing",
-        "s",
-        0.0,
-        10.0,
-    )
-    yield Parameter(
-        "input_disorder",
-        0.0,
-        "how much older than the newest of its own topic a message may come; all wait that long",
-        "s",
-        0.0,
-        10.0,
-    )
-    yield Parameter(
-        "input_slop",
-        0.001,
-        "stamps of different topics that differ by no more than this are one measurement",
-        "s",
-        0.0,
-        1.0,
-    )
+    yield from INPUT_PARAMETERS.values()
     yield Parameter(
         "input_skew",
         0.02,

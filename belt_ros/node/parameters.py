@@ -16,13 +16,13 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
+from belt_ros.drive_inputs import InputKind
 from belt_ros.node.parameter_tables import (
     DRIVE_PARAMETERS,
     NODE_PARAMETERS,
     UNIT_PARAMETERS,
     WHILE_UNCONFIGURED,
     DriveDescription,
-    InputKind,
     NodeSettings,
     UnitSettings,
 )

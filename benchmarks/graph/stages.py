@@ -14,9 +14,9 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
+from belt_ros.drive_inputs import measurement_from_joint_state
 from belt_ros.estimation import BeltFilter, Measurement
 from belt_ros.node.conversions import (
-    measurement_from_joint_state,
     nanoseconds,
     state_message,
     time_message,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from belt_ros.drive_inputs import InputKind
 from belt_ros.estimation import (
     BeltEstimate,
     Learned,
@@ -19,7 +20,6 @@ from belt_ros.estimation import (
 from belt_ros.mechanics import DriveError
 from belt_ros.node.conversions import alarm_message, state_message
 from belt_ros.node.inputs import DriveInputs
-from belt_ros.node.parameter_tables import InputKind
 from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.node.topic_hub import Listener, TopicHub
 from belt_ros.settings import DriveSettings

@@ -1,6 +1,7 @@
 """Messages in and out; whatever a topic carries, nothing raises."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from node_harness import NAMES, PAPER_DRIVE, joint_state, not_finite
 from sensor_msgs.msg import JointState
 
+from belt_ros.drive_inputs import measurement_from_joint_state, reading_from_pulley_state
 from belt_ros.estimation import (
     Condition,
     Knowledge,
@@ -20,10 +22,7 @@ from belt_ros.estimation import (
     Severity,
 )
 from belt_ros.node.conversions import (
-    measurement_from_joint_state,
     nanoseconds,
-    reading_from_driven_state,
-    reading_from_driver_state,
     state_message,
     time_message,
 )
@@ -163,7 +162,7 @@ def pulley_state(**fields: float) -> PulleyState:
 def test_a_pulley_state_is_a_reading_of_its_joint() -> None:
     message = pulley_state(position=1.0, speed=2.0, torque=3.0, hub_load=4.0, span_tension=5.0)
 
-    assert repr(reading_from_driver_state(message)) == repr(
+    assert repr(reading_from_pulley_state("driver", message)) == repr(
         Measurement(
             1_000_000_005,
             driver_speed=2.0,
@@ -172,7 +171,7 @@ def test_a_pulley_state_is_a_reading_of_its_joint() -> None:
             driver_hub_load=4.0,
         )
     )
-    assert repr(reading_from_driven_state(message)) == repr(
+    assert repr(reading_from_pulley_state("driven", message)) == repr(
         Measurement(
             1_000_000_005,
             driven_speed=2.0,
@@ -184,8 +183,9 @@ def test_a_pulley_state_is_a_reading_of_its_joint() -> None:
     )
 
 
-@pytest.mark.parametrize("read", [reading_from_driver_state, reading_from_driven_state])
-def test_a_pulley_state_that_says_nothing_or_infinity_is_not_finite(read) -> None:
+@pytest.mark.parametrize("pulley", ["driver", "driven"])
+def test_a_pulley_state_that_says_nothing_or_infinity_is_not_finite(pulley) -> None:
+    read = partial(reading_from_pulley_state, pulley)
     assert read(pulley_state()) is Rejection.NOT_FINITE
     assert read(pulley_state(speed=1.0, torque=math.inf)) is Rejection.NOT_FINITE
     assert isinstance(read(pulley_state(torque=1e308)), Measurement)  # limits.* judge that
@@ -196,8 +196,8 @@ def test_an_impossible_stamp_of_a_pulley_is_malformed(stamp: Time) -> None:
     message = pulley_state(speed=1.0)
     message.header.stamp = stamp
 
-    assert reading_from_driver_state(message) is Rejection.MALFORMED
-    assert reading_from_driven_state(message) is Rejection.MALFORMED
+    assert reading_from_pulley_state("driver", message) is Rejection.MALFORMED
+    assert reading_from_pulley_state("driven", message) is Rejection.MALFORMED
 
 
 def test_a_state_carries_every_field_of_the_estimate() -> None:

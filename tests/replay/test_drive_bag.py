@@ -10,10 +10,8 @@ from recordings import TYPES, float64, numbers, pulleys, record
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from test_recovery import chunk_ends
 
-from belt_ros import drive_inputs
 from belt_ros.drive_inputs import InputKind, InputSettings, load_inputs
 from belt_ros.estimation import Measurement
-from belt_ros.node import parameter_tables
 from belt_ros.parameter_table import SettingsError
 from belt_ros.replay import BagError, replay
 from belt_ros.replay.drive_bag import DriveBag
@@ -148,19 +146,6 @@ def test_inputs_are_read_from_the_drives_own_file(tmp_path):
     file.write_text("input_slop: 2.0\n")
     with pytest.raises(SettingsError, match=r"drives.yaml: input_slop is 2 s"):
         load_inputs(file)
-
-
-def test_inputs_have_the_names_defaults_and_ranges_of_the_nodes_parameters():
-    table = parameter_tables.UNIT_PARAMETERS
-    for ours in (*drive_inputs._NUMBERS.values(), drive_inputs._KIND):
-        theirs = table[ours.name]
-        assert (ours.default, ours.low, ours.high, ours.choices) == (
-            theirs.default,
-            theirs.low,
-            theirs.high,
-            theirs.choices,
-        )
-    assert [kind.value for kind in InputKind] == [kind.value for kind in parameter_tables.InputKind]
 
 
 def test_several_topics_are_replayed_as_one_drive(settings, tmp_path):

@@ -15,9 +15,9 @@ from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+from belt_ros.drive_inputs import measurement_from_joint_state
 from belt_ros.node.conversions import (
     alarm_message,
-    measurement_from_joint_state,
     nanoseconds,
     state_message,
 )

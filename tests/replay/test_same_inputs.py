@@ -20,7 +20,6 @@ pytest.importorskip("rclpy")
 from rclpy.serialization import deserialize_message
 
 from belt_ros.node.inputs import DriveInputs
-from belt_ros.node.parameter_tables import InputKind as NodeKind
 
 
 class Hub:
@@ -43,7 +42,7 @@ def live(bag, settings, inputs):
     hub, taken = Hub(), []
     node_inputs = DriveInputs(
         hub,
-        NodeKind(inputs.kind.value),
+        inputs.kind,
         "",
         (settings.driver, settings.driven),
         inputs.reorder_window,

@@ -14,12 +14,12 @@ from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read, step_direction
 from belt_ros.estimation.unscented import (
     GradedSigmaPoints,
-    lower_root,
     mean_and_deviation,
     moments,
     sigma_points,
     sigma_points_along,
     take_in,
+    upper_root,
 )
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -123,14 +123,14 @@ def _innovations_squared(
         for k in range(weights.size):
             surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
         surprises[i] = surprises[i] ** 2 / spread[i, i]
-    root = lower_root(spread)
+    root = upper_root(spread)
     squared = np.empty(weights.size)
     whitened = np.empty(count)
     for k in range(weights.size):
         for i in range(count):
             rest = z[i] - x[k, seen[i]]
             for j in range(i):
-                rest -= root[i, j] * whitened[j]
+                rest -= root[j, i] * whitened[j]
             whitened[i] = rest / root[i, i]
         squared[k] = np.sum(whitened**2)
     return squared, surprises
@@ -165,6 +165,7 @@ def _observe_members(
 @compiled
 def _read_members(
     c: DriveConstants,
+    members: _Places,
     x: _Floats,
     covariance: _Floats,
     order: _Places,
@@ -172,13 +173,12 @@ def _read_members(
     weights: _Floats,
     slowest: float,
 ) -> tuple[_Floats, _Floats]:
-    """Means and standard deviations of the readings, a row for each member."""
-    members = x.shape[0]
-    means = np.empty((members, READINGS))
-    deviations = np.empty((members, READINGS))
-    for k in range(members):
+    """Means and standard deviations of the readings, a row for each of some members."""
+    means = np.empty((members.size, READINGS))
+    deviations = np.empty((members.size, READINGS))
+    for row, k in enumerate(members):
         points = sigma_points(x[k], covariance[k], order, spread)
-        means[k], deviations[k] = mean_and_deviation(read(c, points, slowest), weights)
+        means[row], deviations[row] = mean_and_deviation(read(c, points, slowest), weights)
     return means, deviations
 
 
@@ -314,8 +314,9 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
         """
         return _read_members(
             self._constants,
-            self.x[members],
-            self.P[members],
+            members,
+            self.x,
+            self.P,
             POINTS.order,
             POINTS.spread,
             POINTS.Wm,

@@ -18,7 +18,7 @@ from belt_ros.estimation.gaussian_sum import Component, narrowed, reduced
 from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.load_following import LoadFollowing
 from belt_ros.estimation.measurement import Measurement, Sensor
-from belt_ros.estimation.modes import branched, due
+from belt_ros.estimation.modes import branched, due, few, parted
 from belt_ros.estimation.population import Population
 from belt_ros.estimation.process import (
     CreepChange,
@@ -316,8 +316,9 @@ class BeltFilter:
 
     def _reduce(self) -> None:
         """Drop and merge members, split those that have become wide; let some change modes."""
-        components = narrowed(
-            reduced(self.belief(), MERGE_AXES),
+        likely, unlikely = parted(reduced(self.belief(), MERGE_AXES))
+        components = few(unlikely, MERGE_AXES) + narrowed(
+            likely,
             (Index.LOG_FRICTION,),
             (_FRICTION_WIDTH,),
             _MOST_BY_FRICTION,

@@ -1,7 +1,6 @@
 """What a belief says of the drive, each quantity with its standard deviation."""
 
-import math
-from typing import NamedTuple, TypedDict
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,17 +17,24 @@ _Floats = NDArray[np.float64]
 _GROSS_SLIP_MARGIN = 0.01
 
 
-class View(NamedTuple):
-    """A belief, looked at: its mean (12,), covariance (12, 12), and what is read off it."""
+class View:
+    """A belief, looked at: its states, and what is read off it.
 
-    x: _Floats
-    covariance: _Floats
-    readings: Readings
+    Parameters
+    ----------
+    x, covariance : ndarray
+        Mean (12,) and covariance (12, 12).
+    readings : Readings
+    """
+
+    def __init__(self, x: _Floats, covariance: _Floats, readings: Readings) -> None:
+        self.readings = readings
+        deviations = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+        self._states = [*map(Quantity, x.tolist(), deviations.tolist())]
 
     def state(self, place: Index) -> Quantity:
         """Mean and standard deviation of one state."""
-        variance = max(float(self.covariance[place, place]), 0.0)
-        return Quantity(float(self.x[place]), math.sqrt(variance))
+        return self._states[place]
 
 
 class Description(TypedDict):
@@ -80,17 +86,16 @@ def described(view: View) -> Description:
     )
 
 
-def phase_of(
-    view: View, description: Description, drive: BeltDrive, standstill_speed: float
-) -> Phase:
+def phase_of(description: Description, drive: BeltDrive, standstill_speed: float) -> Phase:
     """Return the phase of operation; both rims slower than `standstill_speed` [m/s]: standing."""
-    driver_rim = float(view.x[Index.DRIVER_SPEED]) * drive.driver.radius
-    driven_rim = float(view.x[Index.DRIVEN_SPEED]) * drive.driven.radius
+    driver_rim = description["driver_speed"].value * drive.driver.radius
+    driven_rim = description["driven_speed"].value * drive.driven.radius
     if max(abs(driver_rim), abs(driven_rim)) < standstill_speed:
         return Phase.STANDSTILL
     if description["gross_slip_probability"] > 0.5:
         return Phase.GROSS_SLIP
-    if driver_rim * view.x[Index.PULL] < 0.0 and description["slip"].value < 0.0:
+    driven_by_load = driver_rim * description["transmitted_torque"].value < 0.0
+    if driven_by_load and description["slip"].value < 0.0:
         return Phase.REGENERATING
     return Phase.REVERSE if driver_rim < 0.0 else Phase.RUNNING
 

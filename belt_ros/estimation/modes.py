@@ -7,11 +7,14 @@ before slower quantities are bent to explain it.
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from belt_ros.estimation.condensing import condensed
-from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.gaussian_sum import Component, normalised
 
 _BRANCH_EVERY = 1.0  # [s]
 _BRANCHES = 6  # members, at most, in which a mode changes into the other
+_UNLIKELY = 0.02  # weight of a mode, below which it is held by no more members than that
 _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 
 
@@ -22,6 +25,23 @@ def due(components: list[Component], elapsed: float) -> bool:
     """
     alone = all(component.changing is components[0].changing for component in components)
     return alone or elapsed >= _BRANCH_EVERY
+
+
+def parted(components: list[Component]) -> tuple[list[Component], list[Component]]:
+    """Part members into those of modes that are likely, and those of one that is not."""
+    weights = normalised(np.array([component.log_weight for component in components]))
+    changing = np.array([component.changing for component in components])
+    share = float(np.sum(weights[changing]))
+    unlikely = True if share < _UNLIKELY else False if share > 1.0 - _UNLIKELY else None
+    return (
+        [component for component in components if component.changing is not unlikely],
+        [component for component in components if component.changing is unlikely],
+    )
+
+
+def few(components: list[Component], axes: Sequence[int]) -> list[Component]:
+    """Return few members in place of those of an unlikely mode, of the same mean and covariance."""
+    return condensed(components, axes, _BRANCHES) if len(components) > _BRANCHES else components
 
 
 def branched(

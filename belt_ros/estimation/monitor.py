@@ -329,7 +329,7 @@ class BeltMonitor:
         """Read the estimate off what is known."""
         view = self._credence.view(self.limits.standstill_speed)
         description = described(view)
-        phase = phase_of(view, description, self._drive, self.limits.standstill_speed)
+        phase = phase_of(description, self._drive, self.limits.standstill_speed)
         return BeltEstimate(
             stamp_ns=stamp_ns,
             phase=Phase.LOST if self._credence.doubted else phase,

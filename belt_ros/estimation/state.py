@@ -91,12 +91,18 @@ def _bounded_exp(value: float) -> float:
 
 @compiled
 def _condition(row: _Floats) -> Condition:
+    return _on_belt(row, _bounded_exp(row[5]), _bounded_exp(row[7]), _bounded_exp(row[6]))
+
+
+@compiled
+def _on_belt(row: _Floats, tension: float, friction: float, stiffness: float) -> Condition:
+    """Condition of a row whose belt is known."""
     return Condition(
         row[3],
         row[4],
-        _bounded_exp(row[5]),
-        _bounded_exp(row[7]),
-        _bounded_exp(row[6]),
+        tension,
+        friction,
+        stiffness,
         min(max(row[8], -0.5), 0.5),
         min(max(row[9], -0.9), 10.0),
         min(max(row[10], -2.0), 2.0),
@@ -118,25 +124,28 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
     out = states.copy()
     row = states[0]
     speed = abs(c.driver_radius * row[0])
-    condition = _condition(row)
-    first_step = step_equation(c, Motion(row[0], row[1], row[2]), condition, dt)
+    first_condition = _condition(row)
+    first_step = step_equation(c, Motion(row[0], row[1], row[2]), first_condition, dt)
     forward = first_step.along >= 0.0
-    first_belt = belt_in(c, condition, speed, forward)
+    first_belt = belt_in(c, first_condition, speed, forward)
     first = loaded_near_pull(c, first_belt, abs(row[2]), UNKNOWN)
     first_pull, first = stepped_pull(c, first_belt, first_step, first)
+    _, _, tension, friction, stiffness = first_condition[:5]
     for i in range(states.shape[0]):
         row = states[i]
-        condition = _condition(row)
         motion = Motion(row[0], row[1], row[2])
+        same_belt = _same_belt(row, states[0])
+        condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
         step = step_equation(c, motion, condition, dt)
-        belt, start = first_belt, first
         alike = (step.along >= 0.0) == forward
-        if not (alike and _same_belt(row, states[0])):
+        if alike and same_belt:
+            pull, _ = stepped_pull(c, first_belt, step, first)
+        else:
             belt = belt_in(c, condition, speed, step.along >= 0.0)
             near = near_on(belt, first_belt, first.near) if alike else UNKNOWN
             guess = first_pull + (abs(step.along) - abs(first_step.along)) / step.stiff
             start = loaded_near_pull(c, belt, guess, near)
-        pull, _ = stepped_pull(c, belt, step, start)
+            pull, _ = stepped_pull(c, belt, step, start)
         moved = stepped_motion(c, motion, condition, step, pull, dt)
         out[i, 0] = moved.driver_speed
         out[i, 1] = moved.driven_speed
@@ -207,12 +216,15 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
     belt = belt_in(c, condition, speed, along >= 0.0)
     capacity = capacity_of(c, belt, UNKNOWN)
     first = _steady(c, belt, along, capacity, UNKNOWN)
+    _, _, tension, friction, stiffness = condition[:5]
     for i in range(states.shape[0]):
         row = states[i]
-        condition, motion = _condition(row), Motion(row[0], row[1], row[2])
+        motion = Motion(row[0], row[1], row[2])
+        same_belt = _same_belt(row, states[0])
+        condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
         along = pull_along(c, motion, condition)
         at = first
-        if (along >= 0.0) != first.forward or not _same_belt(row, states[0]):
+        if (along >= 0.0) != first.forward or not same_belt:
             belt = belt_in(c, condition, speed, along >= 0.0)
             near = UNKNOWN
             if (along >= 0.0) == first.forward:

@@ -40,26 +40,32 @@ def _with_sum(covariance: _Floats, at: int, along: _Floats) -> _Floats:
 
 
 @compiled
-def lower_root(p: _Floats) -> _Floats:
-    """Lower Cholesky factor; a pivot that rounding has made too small is lifted."""
+def upper_root(p: _Floats) -> _Floats:
+    """Upper Cholesky factor; a pivot that rounding has made too small is lifted."""
     n = p.shape[0]
-    lower = np.zeros((n, n))
-    scale = np.empty(n)
+    scale, inverse = np.empty(n), np.empty(n)
     for i in range(n):
         scale[i] = math.sqrt(max(p[i, i], 0.0))
-        for j in range(i + 1):
-            both = scale[i] * scale[j]
-            rest = min(max(p[i, j] / both, -1.0), 1.0) if both > 0.0 else 0.0
-            for k in range(j):
-                rest -= lower[i, k] * lower[j, k]
-            if i == j:
-                lower[i, i] = math.sqrt(max(rest, _SMALLEST_PIVOT))
-            else:
-                lower[i, j] = rest / lower[j, j]
+        inverse[i] = 1.0 / scale[i] if scale[i] > 0.0 else 0.0
+    upper = np.empty((n, n))
     for i in range(n):
-        for j in range(i + 1):
-            lower[i, j] *= scale[i]
-    return lower
+        for j in range(n):
+            correlation = min(max(p[i, j] * inverse[i] * inverse[j], -1.0), 1.0)
+            upper[i, j] = correlation if j >= i else 0.0
+    for i in range(n):
+        row = upper[i]
+        shrink = 1.0 / math.sqrt(max(row[i], _SMALLEST_PIVOT))
+        row[i] = max(row[i], _SMALLEST_PIVOT)
+        for j in range(i, n):
+            row[j] *= shrink
+        for k in range(i + 1, n):
+            below, share = upper[k], row[k]
+            for j in range(k, n):
+                below[j] -= share * row[j]
+    for i in range(n):
+        for j in range(n):
+            upper[i, j] *= scale[j]
+    return upper
 
 
 @compiled
@@ -70,11 +76,11 @@ def _root(p: _Floats, order: _Places) -> _Floats:
     for i in range(n):
         for j in range(n):
             ordered[i, j] = p[order[i], order[j]]
-    lower = lower_root(ordered)
-    columns = np.zeros((n, n))
+    upper = upper_root(ordered)
+    columns = np.empty((n, n))
     for i in range(n):
-        for j in range(i + 1):
-            columns[j, order[i]] = lower[i, j]
+        for j in range(n):
+            columns[i, order[j]] = upper[i, j]
     return columns
 
 
@@ -111,8 +117,12 @@ def sigma_points_along(
     leave the sum as it is.
     """
     columns = _root(_with_sum(covariance, at, along), order)
-    for column in columns:
-        column[at] -= np.sum(along * column) - column[at]
+    for k in range(columns.shape[0]):
+        column = columns[k]
+        others = -column[at]
+        for i in range(along.shape[0]):
+            others += along[i] * column[i]
+        column[at] -= others
     return _points(x, columns, spread)
 
 
@@ -124,16 +134,15 @@ def moments(points: _Floats, weights: _Floats, added: _Floats) -> tuple[_Floats,
     for p in range(count):
         for i in range(n):
             mean[i] += weights[p] * points[p, i]
-    covariance = np.zeros((n, n))
+    covariance = np.diag(added)
+    away = np.empty(n)
     for p in range(count):
+        share = math.sqrt(weights[p])
         for i in range(n):
-            weighted = weights[p] * (points[p, i] - mean[i])
-            for j in range(i + 1):
-                covariance[i, j] += weighted * (points[p, j] - mean[j])
-    for i in range(n):
-        covariance[i, i] += added[i]
-        for j in range(i):
-            covariance[j, i] = covariance[i, j]
+            away[i] = share * (points[p, i] - mean[i])
+        for i in range(n):
+            for j in range(n):
+                covariance[i, j] += away[i] * away[j]
     return mean, covariance
 
 
@@ -160,23 +169,22 @@ def take_in(
     n = x.shape[0]
     x = x.copy()
     p = covariance.copy()
-    gain = np.empty(n)
+    row, gain, rest, before = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for reading in range(z.shape[0]):
         at = seen[reading]
         total = p[at, at] + variance[reading]
         innovation = z[reading] - x[at]
         for i in range(n):
-            gain[i] = p[i, at] / total
-        row = p[at].copy()
-        row_of = np.diag(p).copy()  # variances before
-        for i in range(n):
+            row[i], before[i] = p[at, i], p[i, i]
+            gain[i] = row[i] / total
+            rest[i] = row[i] - 0.5 * total * gain[i]
             x[i] += gain[i] * innovation
-            for j in range(i + 1):
-                value = p[i, j] - gain[i] * row[j] - row[i] * gain[j] + gain[i] * total * gain[j]
-                p[i, j] = value
-                p[j, i] = value
-            p[i, i] = max(p[i, i], _ROUNDING * row_of[i])
-        p[at, at] = row_of[at] * variance[reading] / total
+        for i in range(n):
+            for j in range(n):
+                p[i, j] -= gain[i] * rest[j] + rest[i] * gain[j]
+        for i in range(n):
+            p[i, i] = max(p[i, i], _ROUNDING * before[i])
+        p[at, at] = before[at] * variance[reading] / total
     return x, p
 
 

@@ -216,8 +216,8 @@ def balance(
             break
         x = candidate
         state = loaded(c, belt, x, state.near)
-    if c.tensioning == FIXED_CENTRES and x < _SURELY_BELOW * limit:
-        return pull, state  # the capacity costs as much as a step, and is far
+    if x < _SURELY_BELOW * limit:
+        return pull, state  # the capacity, which costs as much as a step, is far
     return min(
         pull, capacity_of(c, belt, UNKNOWN)
     ), state  # the same as everyone else's, to the bit

@@ -5,7 +5,8 @@ VENV := .venv/bin
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-all lint figures bench bench-mechanics bench-coverage bench-estimation \
-	bench-alarms bench-graph bench-hostile bench-faults clean distclean
+	bench-alarms bench-graph bench-replay bench-hostile \
+	bench-faults clean distclean
 
 help:  ## list these targets
 	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-18s%s\n", $$1, $$2 }' Makefile
@@ -34,7 +35,7 @@ lint: setup  ## check style, types and the direction of imports
 figures: setup  ## draw the paper's figures and tables into docs/figures
 	@$(VENV)/belt figures --out docs/figures
 
-bench: bench-mechanics bench-coverage bench-estimation bench-alarms bench-graph  ## run all benchmarks
+bench: bench-mechanics bench-coverage bench-estimation bench-alarms bench-graph bench-replay  ## run all benchmarks
 
 bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_ARGS=--exudyn
 	@$(VENV)/python -m benchmarks.mechanics $(BENCH_ARGS)
@@ -57,6 +58,9 @@ bench-graph: setup  ## rates, latency, fifty drives, kill -9: the node as a proc
 	@$(VENV)/python -m benchmarks.graph latency $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.graph drives $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.graph kill $(BENCH_ARGS)
+
+bench-replay: setup  ## samples a second, cores and memory of replay, beside reading the bag alone
+	@$(VENV)/python -m benchmarks.replay $(BENCH_ARGS)
 
 bench-hostile: setup  ## a million hostile messages through conversion and monitor; resumable
 	@$(VENV)/python -m benchmarks.hostile $(BENCH_ARGS)

@@ -20,6 +20,7 @@ JOINT_STATE = "sensor_msgs/msg/JointState"
 PULLEY_STATE = "belt_msgs/msg/PulleyState"
 FLOAT64 = "std_msgs/msg/Float64"
 _SECOND_NS = 1_000_000_000
+_MOST_SECONDS = 2**31  # of builtin_interfaces/Time
 _MOST_JOINTS = 1000
 _PULLEYS = ("driver", "driven")
 _MOTION = ("speed", "torque", "position")
@@ -199,7 +200,7 @@ def _numbers(
 def stamp_of(message: Any) -> int | None:
     """Return a message's stamp [ns]; None if it is no time."""
     stamp = message.header.stamp
-    if stamp.sec < 0 or not 0 <= stamp.nanosec < _SECOND_NS:
+    if not (0 <= stamp.sec < _MOST_SECONDS and 0 <= stamp.nanosec < _SECOND_NS):
         return None
     return int(stamp.sec) * _SECOND_NS + int(stamp.nanosec)
 
@@ -247,6 +248,8 @@ def _pulley(pulley: str, message: Any, _: int) -> Measurement | Rejection:
 
 
 def _number(channel: str, message: Any, stamp_ns: int) -> Measurement | Rejection:
+    if not 0 <= stamp_ns < _MOST_SECONDS * _SECOND_NS:
+        return Rejection.MALFORMED
     return reading(stamp_ns, {channel: message.data})
 
 

@@ -1,8 +1,9 @@
 """Estimates and alarms as flat fields, named as in belt_msgs, the same in node and replay."""
 
+from operator import attrgetter
 from typing import Any
 
-from belt_ros.estimation import AlarmStatus, BeltEstimate, ConditionStatus, Quantity
+from belt_ros.estimation import AlarmStatus, BeltEstimate, ConditionStatus
 
 _QUANTITIES = (
     "driver_speed",
@@ -26,36 +27,41 @@ _QUANTITIES = (
 )
 
 
+STATE_SOURCES: dict[str, str] = {
+    "phase": "phase",
+    **{name: f"{name}.value" for name in _QUANTITIES},
+    **{f"{name}_stddev": f"{name}.stddev" for name in _QUANTITIES},
+    "friction_stiffness_log_stddev": "friction_stiffness_log_stddev",
+    "gross_slip_probability": "gross_slip_probability",
+    "gross_slip_probability_at_peak_load": "reserve.gross_slip_probability_at_peak_load",
+    "traction_lost_probability": "lost_traction.traction",
+    "tension_lost_probability": "lost_traction.tension",
+    "friction_lost_probability": "lost_traction.friction",
+    "tension_knowledge": "tension_knowledge",
+    "friction_stiffness_knowledge": "friction_stiffness_knowledge",
+    "friction_coefficient_knowledge": "friction_coefficient_knowledge",
+    "normalised_innovation_squared": "health.innovation_squared",
+    "innovation_degrees_of_freedom": "health.degrees_of_freedom",
+    "fit": "health.fit.consistency",
+    "fit_mean": "health.fit.mean",
+    "fit_lowest": "health.fit.lowest",
+    "fit_highest": "health.fit.highest",
+    "accepted_count": "health.accepted",
+    "reset_count": "health.resets",
+    "last_rejection": "health.last_rejection",
+    "rejection_counts": "health.rejections",
+}
+"""Where the fields of belt_msgs/BeltState, but for header and name, are in a `BeltEstimate`."""
+
+_state_values = attrgetter(*STATE_SOURCES.values())
+
+
 def state_fields(drive_name: str, estimate: BeltEstimate) -> dict[str, Any]:
     """Return the fields of belt_msgs/BeltState, but for its header."""
-    fields: dict[str, Any] = {"drive_name": drive_name, "phase": int(estimate.phase)}
-    for name in _QUANTITIES:
-        quantity: Quantity = getattr(estimate, name)
-        fields[name] = quantity.value
-        fields[f"{name}_stddev"] = quantity.stddev
-    health, reserve, lost = estimate.health, estimate.reserve, estimate.lost_traction
-    fields |= {
-        "friction_stiffness_log_stddev": estimate.friction_stiffness_log_stddev,
-        "gross_slip_probability": estimate.gross_slip_probability,
-        "gross_slip_probability_at_peak_load": reserve.gross_slip_probability_at_peak_load,
-        "traction_lost_probability": lost.traction,
-        "tension_lost_probability": lost.tension,
-        "friction_lost_probability": lost.friction,
-        "tension_knowledge": int(estimate.tension_knowledge),
-        "friction_stiffness_knowledge": int(estimate.friction_stiffness_knowledge),
-        "friction_coefficient_knowledge": int(estimate.friction_coefficient_knowledge),
-        "normalised_innovation_squared": health.innovation_squared,
-        "innovation_degrees_of_freedom": health.degrees_of_freedom,
-        "fit": int(health.fit.consistency),
-        "fit_mean": health.fit.mean,
-        "fit_lowest": health.fit.lowest,
-        "fit_highest": health.fit.highest,
-        "accepted_count": health.accepted,
-        "reset_count": health.resets,
-        "last_rejection": int(health.last_rejection),
-        "rejection_counts": list(health.rejections),
+    return {
+        "drive_name": drive_name,
+        **dict(zip(STATE_SOURCES, _state_values(estimate), strict=True)),
     }
-    return fields
 
 
 def alarm_fields(drive_name: str, status: AlarmStatus) -> dict[str, Any]:

@@ -5,7 +5,9 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
-from belt_ros.replay import JointStateBag
+from belt_ros.drive_inputs import JOINT_STATE, InputKind, feeds
+from belt_ros.replay.contents import Contents
+from belt_ros.replay.discovery import find_joint_states
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
@@ -45,10 +47,15 @@ class Player:
         self._publish = publish
         self._answered = answered
         self._progress = (0, 0.0)  # answers, and when they last became more
-        self._source = JointStateBag(bag, settings.driver, settings.driven)
-        self._messages = self._source.serialised()
-        self._next = next(self._messages, None)
-        self._first_ns = 0 if self._next is None else self._next[0]
+        self._contents = Contents(bag)
+        try:
+            topic = _playable(self._contents, settings)
+            self._messages = self._contents.messages((topic,))
+            self._next = next(self._messages, None)
+        except BaseException:
+            self._contents.close()
+            raise
+        self._first_ns = 0 if self._next is None else self._next[1]
         self._begin: float | None = None
 
     def __enter__(self) -> "Player":
@@ -60,7 +67,7 @@ class Player:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._source.close()
+        self._contents.close()
 
     def play(self) -> bool:
         """Publish what is due; return whether there is more."""
@@ -68,7 +75,7 @@ class Player:
             self._begin = time.monotonic()
         elapsed = time.monotonic() - self._begin
         while self._next is not None:
-            log_ns, content = self._next
+            _, log_ns, content = self._next
             if (log_ns - self._first_ns) * _SECONDS > elapsed or self._crowded():
                 return True
             self._publish(content)
@@ -83,3 +90,12 @@ class Player:
         if answered > self._progress[0] or self.sent == 0:
             self._progress = (answered, now)
         return self.sent - answered >= _MOST_WAITING and now - self._progress[1] < _PATIENCE
+
+
+def _playable(contents: Contents, settings: DriveSettings) -> str:
+    """Return the topic of the drive's joint states, defined as the graph defines them."""
+    joints = settings.driver, settings.driven
+    topic = find_joint_states(contents, joints, None)
+    (feed,) = feeds(InputKind.JOINT_STATE, "", joints, loads=False)
+    contents.reader(JOINT_STATE, feed.fields)
+    return topic

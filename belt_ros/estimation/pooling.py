@@ -5,13 +5,15 @@ is in their mean, whose variance is that of one sample over their number; the fi
 grows with time, not with the number of messages.
 """
 
-import numpy as np
+import math
+from operator import attrgetter
 
 from belt_ros.estimation.measurement import Measurement, Sensor
 
 _SECOND = 1e9
 _AHEAD = 1.5  # intervals, so that jitter decides nothing
-_POSITIONS = [Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION]
+_POSITIONS = (Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION)
+_values = attrgetter(*(sensor.name.lower() for sensor in Sensor))
 
 
 class Pool:
@@ -26,9 +28,9 @@ class Pool:
         self._last_ns: int | None = None
         self._first_ns = 0
         self._pooled = 0
-        self._sum = np.zeros(len(Sensor))
-        self._samples = np.zeros(len(Sensor))
-        self._positions = np.zeros(len(_POSITIONS))
+        self._sum = [0.0] * len(Sensor)
+        self._samples = [0] * len(Sensor)
+        self._last = [math.nan] * len(Sensor)
 
     def retune(self, period: float) -> None:
         """Pool in spans of another `period` [s]; what has been pooled leaves with what follows."""
@@ -55,27 +57,26 @@ class Pool:
         return (self._mean(measurement.stamp_ns),)
 
     def _add(self, measurement: Measurement) -> None:
-        values = measurement.values()
-        there = ~np.isnan(values)
         if self._pooled == 0:
             self._first_ns = measurement.stamp_ns
-            self._sum[:] = self._samples[:] = 0.0
-        self._sum[there] += values[there]
-        self._samples += there
+            self._sum = [0.0] * len(Sensor)
+            self._samples = [0] * len(Sensor)
+            self._last = [math.nan] * len(Sensor)
         self._pooled += 1
-        positions = values[_POSITIONS]
-        if self._pooled > 1:
-            positions = np.where(np.isnan(positions), self._positions, positions)
-        self._positions = positions
+        for place, value in enumerate(_values(measurement)):
+            if not math.isnan(value):
+                self._sum[place] += value
+                self._samples[place] += 1
+                self._last[place] = value
 
     def _mean(self, stamp_ns: int) -> Measurement:
         """Return what has been pooled; of angles, which wrap, the last."""
-        with np.errstate(invalid="ignore"):
-            values = self._sum / self._samples
-        values[_POSITIONS] = self._positions
-        samples = np.maximum(self._samples, 1.0)
-        samples[_POSITIONS] = 1.0
+        values = [
+            total / count if count else math.nan
+            for total, count in zip(self._sum, self._samples, strict=True)
+        ]
+        samples = [float(max(count, 1)) for count in self._samples]
+        for place in _POSITIONS:
+            values[place], samples[place] = self._last[place], 1.0
         pooled, self._pooled = self._pooled, 0
-        return Measurement(
-            stamp_ns, *values.tolist(), samples=tuple(samples.tolist()), pooled=pooled
-        )
+        return Measurement(stamp_ns, *values, samples=tuple(samples), pooled=pooled)

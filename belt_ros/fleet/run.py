@@ -15,7 +15,7 @@ from belt_ros.fleet.records import Row, configuration_hash
 from belt_ros.fleet.table import write_tables
 from belt_ros.fleet.trends import DriveTrend, trends
 from belt_ros.fleet.work import Done, Job
-from belt_ros.replay.bags import find_bags
+from belt_ros.replay.bags import find_bags, size_of
 from belt_ros.replay.drives import load_drives
 
 BAGS_NAME = "bags"
@@ -68,7 +68,7 @@ def run_fleet(
 
     Run again, it goes on where it was: a bag is known by a hash of its content and configuration.
     Results of a bag appear complete or not at all. A worker that dies costs only the bag it was at,
-    which is tried again. Interrupted, it leaves what is finished.
+    which is tried again. Interrupted, it leaves what is finished. Long bags come first.
 
     Parameters
     ----------
@@ -110,14 +110,16 @@ def run_fleet(
         Job(bag.absolute(), drives, folder / BAGS_NAME, configuration, smooth, topic)
         for bag in find_bags(bags)
     ]
+    # A long bag begun last would keep one worker at it while all others have nothing to do.
+    longest = sorted(jobs, key=lambda job: size_of(job.bag), reverse=True)
     told = _Progress(len(jobs), progress)
     finished: dict[Path, Done] = {}
     with alone_in(folder / BAGS_NAME):
         if scheduler is None:
             count = min(workers or _cores(), len(jobs))
-            running = run_in_processes(jobs, count, attempts, told.part)
+            running = run_in_processes(longest, count, attempts, told.part)
         else:
-            running = run_on_cluster(jobs, scheduler, attempts)
+            running = run_on_cluster(longest, scheduler, attempts)
         with closing(running):
             for job, done in running:
                 finished[job.bag] = done

@@ -92,3 +92,11 @@ def files_of(bag: Path) -> list[Path]:
         for file in bag.iterdir()
         if file.is_file() and (file.name == _METADATA or file.suffix in (*_STORAGE, _COMPRESSED))
     )
+
+
+def size_of(bag: Path) -> int:
+    """Return how many bytes a bag takes; 0 if that cannot be said."""
+    try:
+        return sum(file.stat().st_size for file in files_of(bag))
+    except OSError:
+        return 0

@@ -1,6 +1,7 @@
 """What a bag holds: its topics, and their messages with the types that the bag itself carries."""
 
 from collections.abc import Collection, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -8,9 +9,13 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from belt_ros.drive_inputs import JOINT_STATE
 from belt_ros.message_types import belt_typestore
 from belt_ros.replay.errors import BagError, damage_reported
+from belt_ros.replay.joint_states import JointStateReader, Reader
 from belt_ros.replay.sources import Topic, close_all, open_sources
+
+_DEFINITIONS = 16  # kept for the next bag
 
 
 class Contents:
@@ -63,7 +68,7 @@ class Contents:
         for source in self._sources:
             yield from source.messages(names)
 
-    def reader(self, type_name: str, fields: Collection[str] = ()) -> "MessageReader":
+    def reader(self, type_name: str, fields: Collection[str] = ()) -> Reader:
         """Return what decodes messages of a type, as the bag itself defines it.
 
         Raises
@@ -82,7 +87,8 @@ class Contents:
                 f"{self.path}: its definition of {type_name} has no {', '.join(missing)}; it was "
                 "recorded with another version of that message."
             )
-        return MessageReader(types, type_name)
+        reader = MessageReader(types, type_name)
+        return JointStateReader(reader) if _is_joint_state(types, type_name) else reader
 
     def _types(self, type_name: str) -> Typestore:
         """Take the type from the bag; from this package and Jazzy where it carries none."""
@@ -90,9 +96,7 @@ class Contents:
             if topic.type_name == type_name and topic.definition:
                 advice = f"Its definition of {type_name} is broken; record the bag anew."
                 with damage_reported(self.path, advice):
-                    types = get_typestore(Stores.EMPTY)
-                    types.register(get_types_from_msg(topic.definition, type_name))
-                return types
+                    return _defined(topic.definition, type_name)
         return belt_typestore()
 
     def offer(self) -> str:
@@ -100,6 +104,22 @@ class Contents:
         names = sorted({f"{topic.name} [{topic.type_name}]" for topic in self.topics})
         shown = ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
         return f"The bag holds: {shown or 'no topics'}."
+
+
+@lru_cache(_DEFINITIONS)
+def _defined(definition: str, type_name: str) -> Typestore:
+    types = get_typestore(Stores.EMPTY)
+    types.register(get_types_from_msg(definition, type_name))
+    return types
+
+
+def _is_joint_state(types: Typestore, type_name: str) -> bool:
+    """Whether a type is the JointState of sensor_msgs, defined as it is there."""
+    ours, theirs = belt_typestore().fielddefs, types.fielddefs
+    return type_name == JOINT_STATE and all(
+        theirs.get(name) == ours[name]
+        for name in (JOINT_STATE, "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+    )
 
 
 class MessageReader:

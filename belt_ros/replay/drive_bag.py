@@ -5,7 +5,15 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
-from belt_ros.drive_inputs import JOINT_STATE, InputSettings, stamp_of
+from belt_ros.drive_inputs import (
+    FLOAT64,
+    JOINT_STATE,
+    PULLEY_STATE,
+    InputKind,
+    InputSettings,
+    feeds,
+    stamp_of,
+)
 from belt_ros.estimation import Measurement, Rejection
 from belt_ros.estimation.assembler import Assembler, Dropped
 from belt_ros.estimation.joint_readings import JointReadings
@@ -16,6 +24,11 @@ from belt_ros.settings import DriveSettings
 _MOST_WAITING = 10_000  # as in the live node
 _QUIET_NS = 200_000_000  # without a message, after which the live node waits no longer
 _SECONDS = 1e-9
+_KINDS = {
+    JOINT_STATE: InputKind.JOINT_STATE,
+    PULLEY_STATE: InputKind.PULLEY_STATE,
+    FLOAT64: InputKind.FLOAT64,
+}
 
 
 class Sample(NamedTuple):
@@ -82,12 +95,15 @@ class DriveBag:
             raise
         self._feeds, self.topics = found.feeds, found.topics
         self._places = {name: place for place, name in enumerate(found.topics)}
-        self._at_joints = self._feeds[0].type_name != JOINT_STATE
+        kind = _KINDS[self._feeds[0].type_name]
+        self._at_joints = kind is not InputKind.JOINT_STATE
         self._readings = JointReadings(*found.joints)
+        # The live node waits for all topics of a kind, whether or not anyone sends them.
+        awaited = feeds(kind, prefix, found.joints, loads=inputs.loads)
         self._assembler = Assembler(
             inputs.reorder_window,
             inputs.slop,
-            len(self._feeds),
+            len(awaited),
             _MOST_WAITING,
             inputs.disorder,
             settings.limits.greatest_gap,
@@ -129,18 +145,16 @@ class DriveBag:
         if before_ns is not None:
             yield from self._ready(self._assembler.flush(), before_ns)
 
-    def _take(self, place: int, log_ns: int, data: bytes) -> Iterator[Sample]:
+    def _take(self, place: int, log_ns: int, data: bytes) -> Iterable[Sample]:
         feed, message = self._feeds[place], self._readers[place].read(data)
         if message is None:
-            yield Sample(log_ns, Rejection.MALFORMED, 0.0)
-            return
-        stamp_ns = stamp_of(message) if feed.stamped else log_ns
+            return (Sample(log_ns, Rejection.MALFORMED, 0.0),)
         read = feed.read(message, log_ns)
-        if isinstance(read, Rejection):
-            age = 0.0 if stamp_ns is None else (log_ns - stamp_ns) * _SECONDS
-            yield Sample(log_ns, read, age)
-        else:
-            yield from self._ready(self._assembler.add(place, read), log_ns)
+        if not isinstance(read, Rejection):
+            return self._ready(self._assembler.add(place, read), log_ns)
+        stamp_ns = stamp_of(message) if feed.stamped else log_ns
+        age = 0.0 if stamp_ns is None else (log_ns - stamp_ns) * _SECONDS
+        return (Sample(log_ns, read, age),)
 
     def _ready(self, items: Iterable[Measurement | Dropped], log_ns: int) -> Iterator[Sample]:
         for item in items:

@@ -4,7 +4,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
 from rosbags.interfaces import (
     Qos,
     QosDurability,
@@ -29,6 +28,7 @@ _CONDITION_TYPE = "belt_msgs/msg/AlarmCondition"
 _DIAGNOSTICS_TYPE = "diagnostic_msgs/msg/DiagnosticArray"
 _READABLE_SINCE_HUMBLE: Final = 8
 _SECOND_NS = 1_000_000_000
+_LATEST_NS = 2**31 * _SECOND_NS - 1  # that a stamp can tell; a log time may be any
 _FOREVER = QosTime(9223372036, 854775807)
 
 
@@ -85,7 +85,7 @@ class ResultBag:
         )
 
     def _time(self, stamp_ns: int) -> Any:
-        seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
+        seconds, nanoseconds = divmod(min(max(stamp_ns, 0), _LATEST_NS), _SECOND_NS)
         return self._types.types["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
 
     def _header(self, stamp_ns: int) -> Any:
@@ -98,13 +98,9 @@ class ResultBag:
             **condition_fields(status),
         )
 
-    def write_state(self, log_ns: int, stamp_ns: int, fields: dict[str, Any]) -> None:
-        """Write one state, given as the fields of its message, at a log time [ns]."""
-        counts = np.array(fields["rejection_counts"], dtype=np.uint64)
-        message = self._types.types[STATE_TYPE](
-            header=self._header(stamp_ns), **{**fields, "rejection_counts": counts}
-        )
-        self._writer.write(self._state, log_ns, self._types.serialize_cdr(message, STATE_TYPE))
+    def write_state(self, log_ns: int, message: bytes) -> None:
+        """Write one state, given as the bytes of its message, at a log time [ns]."""
+        self._writer.write(self._state, log_ns, message)
 
     def write_alarm(self, log_ns: int, drive_name: str, status: AlarmStatus) -> None:
         """Write a change of the alarm at a log time [ns]."""

@@ -15,11 +15,11 @@ from typing import Any
 
 from belt_ros.diagnostic_rows import Row
 from belt_ros.estimation import AlarmStatus, BeltEstimate
-from belt_ros.message_fields import state_fields
 from belt_ros.replay.errors import ResultsError
 from belt_ros.replay.result_bag import ALARM_TOPIC, STATE_TOPIC, ResultBag
 from belt_ros.replay.smoothing import SMOOTHED_FIELDS, SmoothedRow
-from belt_ros.replay.tables import SmoothedTable, StateTable
+from belt_ros.replay.tables import SmoothedTable, StateTable, state_kinds
+from belt_ros.state_bytes import StateBytes
 
 BAG_NAME = "estimates"
 TABLE_NAME = "estimates.parquet"
@@ -72,6 +72,7 @@ class ResultWriter:
         check_place(out, replace=replace)
         self._out = out
         self._drive_name = drive_name
+        self._state_bytes = StateBytes(drive_name, state_kinds())
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
             part = tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent)
@@ -104,9 +105,9 @@ class ResultWriter:
 
     def write_state(self, log_ns: int, estimate: BeltEstimate) -> None:
         """Write one estimate to bag and table."""
-        fields = state_fields(self._drive_name, estimate)
-        self._bag.write_state(log_ns, estimate.stamp_ns, fields)
-        self._table.append(log_ns, estimate.stamp_ns, fields)
+        message = self._state_bytes.write(estimate)
+        self._bag.write_state(log_ns, message)
+        self._table.append(log_ns, message)
 
     def write_alarm(self, log_ns: int, status: AlarmStatus) -> None:
         """Write one change of the alarm to the bag."""

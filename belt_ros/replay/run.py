@@ -14,7 +14,7 @@ from belt_ros.replay.drive_bag import DriveBag, Sample
 from belt_ros.replay.errors import BagError, DamagedInsideError
 from belt_ros.replay.results import ResultWriter
 from belt_ros.replay.smoothed_summary import SmoothedSummary, SmoothedTally
-from belt_ros.replay.smoothing import SmoothedRow, room_for_hindsight, smoothed_rows
+from belt_ros.replay.smoothing import SmoothedRow, no_room_for_hindsight, smoothed_rows
 from belt_ros.replay.summary import Summary, Tally
 from belt_ros.settings import DriveSettings
 
@@ -112,8 +112,10 @@ def _pass(task: _Task, progress: Progress | None, *, salvage: bool) -> Summary:
             raise BagError(_nothing_usable(source, settings, tally))
         smoothed = None
         if smoother is not None:
-            with room_for_hindsight():
+            try:
                 monitor.finish()
+            except OSError as error:
+                raise no_room_for_hindsight(error) from error
             total = tally.messages + smoother.beliefs
             smoothed = _smooth(
                 smoother,
@@ -162,8 +164,10 @@ def _filter(
 def _output(sample: Sample, monitor: BeltMonitor) -> MonitorOutput:
     if isinstance(sample.content, Rejection):
         return monitor.reject(sample.content)
-    with room_for_hindsight():
+    try:
         return monitor.step(sample.content)
+    except OSError as error:
+        raise no_room_for_hindsight(error) from error
 
 
 def _tell(progress: Progress | None, done: int, total: int) -> None:

@@ -6,7 +6,7 @@ The smoother gives the newest first, so its rows go to a spool from which they a
 import dataclasses
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing
 from typing import NamedTuple
 
 import numpy as np
@@ -40,17 +40,13 @@ def _names() -> Iterator[str]:
 SMOOTHED_FIELDS = tuple(_names())
 
 
-@contextmanager
-def room_for_hindsight() -> Iterator[None]:
-    """Say which disk it is on which the smoother finds no room."""
-    try:
-        yield
-    except OSError as error:
-        raise ResultsError(
-            f"{tempfile.gettempdir()}: no room for what smoothing keeps there, some 40 MB for an "
-            f"hour of the bag ({error.strerror or error}). Make room, set TMPDIR to another "
-            "place, or leave smoothing out with --no-smooth."
-        ) from error
+def no_room_for_hindsight(error: OSError) -> ResultsError:
+    """Return which disk it is on which the smoother finds no room."""
+    return ResultsError(
+        f"{tempfile.gettempdir()}: no room for what smoothing keeps there, some 40 MB for an hour "
+        f"of the bag ({error.strerror or error}). Make room, set TMPDIR to another place, or leave "
+        "smoothing out with --no-smooth."
+    )
 
 
 def smoothed_rows(
@@ -68,8 +64,10 @@ def smoothed_rows(
     with closing(Tape(_IN_MEMORY)) as spool:
         for count, smoothed in enumerate(smoother.smoothed(), 1):
             values = _values(reader.read(smoothed))
-            with room_for_hindsight():
+            try:
                 spool.append(Record(_ROW, smoothed.stamp_ns, values))
+            except OSError as error:
+                raise no_room_for_hindsight(error) from error
             told(count)
         resets, before_ns = 0, None
         for _, stamp_ns, values in spool.backwards():

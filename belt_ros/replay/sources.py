@@ -68,15 +68,10 @@ class IntactSource:
         chosen = [item for item in self._reader.connections if item.topic in names]
         if not chosen:
             return
-        messages = self._reader.messages(chosen)
-        while True:
-            # Only reading is watched: what the taker of a message raises is none of the bag's.
-            with damage_reported(self._path, _DAMAGED_INSIDE, DamagedInsideError):
-                taken = next(messages, None)
-            if taken is None:
-                return
-            connection, log_ns, data = taken
-            yield connection.topic, log_ns, data
+        # Only reading is watched: what the taker of a message raises does not come through here.
+        with damage_reported(self._path, _DAMAGED_INSIDE, DamagedInsideError):
+            for connection, log_ns, data in self._reader.messages(chosen):
+                yield connection.topic, log_ns, data
 
     def close(self) -> None:
         """Release the files."""

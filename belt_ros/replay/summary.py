@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum, IntEnum
+from functools import cache
 from typing import Any, TypeVar
 
 import belt_ros
@@ -233,6 +234,7 @@ def _knowledge(estimate: BeltEstimate) -> dict[str, str]:
     return {name: kind.name.lower() for name, kind in kinds.items()}
 
 
+@cache
 def _versions() -> dict[str, str]:
     found = {"belt_ros": belt_ros.__version__}
     return found | {name: importlib.metadata.version(name) for name in _COMPUTED_WITH}

@@ -166,6 +166,22 @@ def test_an_interrupted_fleet_leaves_what_is_finished(tmp_path):
         assert json.loads((out / "bags" / name / "record.json").read_text())["rows"]
 
 
+def test_long_bags_come_first_and_rows_stay_in_order(tmp_path, monkeypatch):
+    for number, samples in enumerate((5, 40, 20)):
+        make_bags(tmp_path / "bags" / str(number), 1, samples)
+    begun = []
+
+    def run(jobs, *_arguments):
+        begun.extend(jobs)
+        return ((job, do_job(job)) for job in jobs)
+
+    monkeypatch.setattr("belt_ros.fleet.run.run_in_processes", run)
+    bags = [str(tmp_path / "bags" / name) for name in "012"]
+    result = run_fleet([*bags, tmp_path / "gone"], CONFIG, tmp_path / "out", smooth=False)
+    assert [job.bag.parent.name for job in begun[:3]] == ["1", "2", "0"]
+    assert [row.messages for row in result.rows] == [5, 40, 20, 0]
+
+
 def test_two_fleets_do_not_work_in_one_folder(tmp_path):
     with alone_in(tmp_path), pytest.raises(FleetError, match="another fleet"), alone_in(tmp_path):
         pass

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from mcap.records import Chunk
+from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import StoragePlugin, Writer
@@ -81,3 +83,13 @@ def write_chunked_mcap(path: Path, samples: Iterable[Sample], **options: Any) ->
             writer.add_message(channel, sample.log_ns, cdr(sample), sample.log_ns)
         writer.finish()
     return path
+
+
+def chunk_ends(path: Path) -> list[int]:
+    """Where each chunk of a file ends [bytes]."""
+    with path.open("rb") as file:
+        return [
+            file.tell()
+            for record in StreamReader(file, emit_chunks=True).records
+            if isinstance(record, Chunk)
+        ]

@@ -5,28 +5,18 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from bags import START_NS, cdr, steady_run, write_bag, write_chunked_mcap
+from bags import START_NS, cdr, chunk_ends, steady_run, write_bag, write_chunked_mcap
+from reading import measured, read
 from recordings import TYPES, float64, numbers, pulleys, record
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
-from test_recovery import chunk_ends
 
 from belt_ros.drive_inputs import InputKind, InputSettings, load_inputs
-from belt_ros.estimation import Measurement
 from belt_ros.parameter_table import SettingsError
 from belt_ros.replay import BagError, replay
 from belt_ros.replay.drive_bag import DriveBag
 
 PULLEYS = InputSettings(InputKind.PULLEY_STATE)
 NUMBERS = InputSettings(InputKind.FLOAT64)
-
-
-def read(bag, settings, inputs=None, **options):
-    with DriveBag(bag, settings, inputs, **options) as source:
-        return list(source.samples())
-
-
-def measured(samples):
-    return [sample.content for sample in samples if isinstance(sample.content, Measurement)]
 
 
 def test_pulley_states_are_joined_by_their_stamps(settings, tmp_path):
@@ -153,3 +143,11 @@ def test_several_topics_are_replayed_as_one_drive(settings, tmp_path):
     summary = replay(Path(bag), settings, tmp_path / "out", inputs=PULLEYS, smooth=False)
     assert summary.accepted == summary.messages == 40
     assert summary.topic == "/driver/state, /driven/state"
+
+
+def test_a_log_time_that_no_stamp_can_hold_is_turned_away(settings, tmp_path):
+    logged = numbers(5)
+    bag = record(tmp_path / "bag", [*logged, (2**31 * 10**9, *logged[0][1:])])
+    summary = replay(Path(bag), settings, tmp_path / "out", inputs=NUMBERS, smooth=False)
+    assert summary.rejected["malformed"] == 1
+    assert summary.accepted >= 4

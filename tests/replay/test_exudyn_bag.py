@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation import BeltEstimate, Measurement, Quantity
-from belt_ros.replay import JointStateBag
+from belt_ros.replay.drive_bag import DriveBag
 from belt_ros.settings import load_settings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,7 +62,7 @@ def played(request) -> Played:
     monitor = settings.monitor()
     rng = np.random.default_rng(request.param)
     recorded, estimates = [], []
-    with JointStateBag(BAG, settings.driver, settings.driven) as bag:
+    with DriveBag(BAG, settings) as bag:
         for sample in bag.samples():
             assert isinstance(sample.content, Measurement)
             output = monitor.step(noisy(sample.content, rng))

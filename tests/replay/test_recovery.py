@@ -1,25 +1,15 @@
 import pytest
-from bags import steady_run, write_chunked_mcap
-from hypothesis import given, settings
+from bags import chunk_ends, steady_run, write_chunked_mcap
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
-from mcap.records import Chunk
-from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType
-from test_reader import DRIVEN, DRIVER, expected, read
+from reading import expected, read
 
-from belt_ros.replay import BagError, JointStateBag
+from belt_ros.replay import BagError
+from belt_ros.replay.drive_bag import DriveBag
 
 SAMPLES = steady_run(60)
-
-
-def chunk_ends(path):
-    """Where each chunk of a file ends [bytes]."""
-    with path.open("rb") as file:
-        return [
-            file.tell()
-            for record in StreamReader(file, emit_chunks=True).records
-            if isinstance(record, Chunk)
-        ]
 
 
 @pytest.fixture(scope="module")
@@ -33,35 +23,37 @@ def cut(whole, place, tmp_path):
     return path
 
 
-def test_every_whole_chunk_is_recovered(whole, tmp_path):
+def test_every_whole_chunk_is_recovered(settings, whole, tmp_path):
     ends = chunk_ends(whole)
-    left = [len(read(cut(whole, end, tmp_path))) for end in ends]
+    left = [len(read(cut(whole, end, tmp_path), settings)) for end in ends]
     assert left[-1] == len(SAMPLES)
     for before, count, end in zip(left, left[1:], ends[1:], strict=False):
         assert before < count
-        assert read(cut(whole, end - 1, tmp_path)) == expected(SAMPLES[:before])
+        assert read(cut(whole, end - 1, tmp_path), settings) == expected(SAMPLES[:before])
 
 
-def test_the_loss_is_said(whole, tmp_path):
+def test_the_loss_is_said(settings, whole, tmp_path):
     end = chunk_ends(whole)[2]
-    with JointStateBag(cut(whole, end + 100, tmp_path), DRIVER, DRIVEN) as bag:
+    with DriveBag(cut(whole, end + 100, tmp_path), settings) as bag:
         assert f"{bag.count} messages recovered, the last " in bag.note
         assert bag.count == len(list(bag.samples()))
-        assert bag.topic == "/joint_states"
+        assert bag.topics == ("/joint_states",)
 
 
-@settings(max_examples=60, deadline=None)
+@hypothesis_settings(max_examples=60, deadline=None)
 @given(share=st.floats(0.0, 1.0))
-def test_wherever_it_is_cut_a_beginning_is_left_or_an_error_says_so(whole, tmp_path_factory, share):
+def test_wherever_it_is_cut_a_beginning_is_left_or_an_error_says_so(
+    settings, whole, tmp_path_factory, share
+):
     place = int(share * whole.stat().st_size)
     path = cut(whole, place, tmp_path_factory.getbasetemp())
     if place >= chunk_ends(whole)[0]:
-        samples = read(path)
+        samples = read(path, settings)
         assert samples == expected(SAMPLES[: len(samples)])
         assert samples
     else:
         with pytest.raises(BagError, match=r"cut\.mcap"):
-            read(path)
+            read(path, settings)
 
 
 @pytest.mark.parametrize(
@@ -73,27 +65,27 @@ def test_wherever_it_is_cut_a_beginning_is_left_or_an_error_says_so(whole, tmp_p
     ],
     ids=["uncompressed", "lz4", "no chunks"],
 )
-def test_other_layouts_are_recovered(tmp_path, options):
+def test_other_layouts_are_recovered(settings, tmp_path, options):
     path = write_chunked_mcap(tmp_path / "bag.mcap", SAMPLES, **options)
-    samples = read(cut(path, path.stat().st_size // 2, tmp_path))
+    samples = read(cut(path, path.stat().st_size // 2, tmp_path), settings)
     assert 10 < len(samples) < len(SAMPLES)
     assert samples == expected(SAMPLES[: len(samples)])
 
 
-def test_a_chunk_of_wrong_checksum_is_left_out(whole, tmp_path):
+def test_a_chunk_of_wrong_checksum_is_left_out(settings, whole, tmp_path):
     _, second, third, *_, last = chunk_ends(whole)
     content = bytearray(whole.read_bytes()[:last])
     content[(second + third) // 2] ^= 0xFF
     path = tmp_path / "bag.mcap"
     path.write_bytes(content)
-    with JointStateBag(path, DRIVER, DRIVEN) as bag:
+    with DriveBag(path, settings) as bag:
         samples = list(bag.samples())
         assert "1 chunk" in bag.note
     assert 0 < len(samples) < len(SAMPLES)
     assert set(samples) < set(expected(SAMPLES))
 
 
-def test_a_recorder_that_lost_power_leaves_a_readable_directory(tmp_path):
+def test_a_recorder_that_lost_power_leaves_a_readable_directory(settings, tmp_path):
     bag = tmp_path / "bag"
     bag.mkdir()
     for number, part in enumerate((SAMPLES[:20], SAMPLES[20:40], SAMPLES[40:])):
@@ -101,7 +93,7 @@ def test_a_recorder_that_lost_power_leaves_a_readable_directory(tmp_path):
     last = bag / "bag_2.mcap"
     last.write_bytes(last.read_bytes()[: chunk_ends(last)[0]])
     (bag / "bag_10.mcap").touch()
-    with JointStateBag(bag, DRIVER, DRIVEN) as it:
+    with DriveBag(bag, settings) as it:
         samples = list(it.samples())
         assert "bag_2.mcap is damaged" in it.note
         assert "Nothing can be read of bag_10.mcap" in it.note

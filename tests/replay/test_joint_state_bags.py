@@ -1,3 +1,6 @@
+"""Bags of joint states, of whatever storage and in whatever state, and what they cannot give."""
+
+import dataclasses
 import math
 import shutil
 import sqlite3
@@ -5,55 +8,46 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from bags import START_NS, Sample, steady_run, write_bag, write_chunked_mcap
-from hypothesis import given, settings
+from bags import JOINTS, START_NS, Sample, steady_run, write_bag, write_chunked_mcap
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
+from reading import expected, measured, read
 from rosbags.rosbag2 import StoragePlugin
 
 from belt_ros.estimation import Joint, Measurement, Rejection
-from belt_ros.replay import BagError, JointSample, JointStateBag
+from belt_ros.replay import BagError
+from belt_ros.replay.drive_bag import DriveBag
 
-DRIVER, DRIVEN = Joint("driver_pulley_joint"), Joint("driven_pulley_joint")
 SHARED_BAG = Path(__file__).parents[3] / "shared" / "data" / "exudyn_belt_drive"
 
 
-def read(path, topic=None):
-    with JointStateBag(path, DRIVER, DRIVEN, topic) as bag:
-        return list(bag.samples())
-
-
-def expected(samples):
-    return [
-        JointSample(sample.log_ns, Measurement(sample.stamp_ns, *sample.velocity, *sample.effort))
-        for sample in samples
-    ]
-
-
 @pytest.mark.parametrize("plugin", list(StoragePlugin), ids=lambda plugin: plugin.name)
-def test_reads_every_storage_and_its_bare_file(make_bag, plugin):
+def test_reads_every_storage_and_its_bare_file(settings, make_bag, plugin):
     samples = steady_run(20)
     bag = make_bag(samples, plugin=plugin)
     (storage,) = (file for file in bag.iterdir() if file.suffix != ".yaml")
-    assert read(bag) == expected(samples)
-    assert read(storage) == expected(samples)
+    assert read(bag, settings) == expected(samples)
+    assert read(storage, settings) == expected(samples)
 
 
-def test_messages_come_in_the_order_of_their_log_time(make_bag):
+def test_messages_come_in_the_order_of_their_log_time(settings, make_bag):
     samples = steady_run(10)
-    assert read(make_bag(samples[::-1])) == expected(samples)
+    assert read(make_bag(samples[::-1]), settings) == expected(samples)
 
 
-def test_signs_and_gear_ratios_are_those_of_the_joints(make_bag):
+def test_signs_and_gear_ratios_are_those_of_the_joints(settings, make_bag):
     bag = make_bag(steady_run(1))
-    with JointStateBag(bag, DRIVER, Joint("driven_pulley_joint", gear_ratio=2.0, sign=-1.0)) as it:
-        ((_, content),) = it.samples()
+    driven = Joint("driven_pulley_joint", gear_ratio=2.0, sign=-1.0)
+    (content,) = measured(read(bag, dataclasses.replace(settings, driven=driven)))
     (plain,) = steady_run(1)
     assert content.driven_speed == -plain.velocity[1] / 2.0
     assert content.driven_torque == -plain.effort[1] * 2.0
 
 
-def test_torques_may_be_missing(make_bag):
-    ((_, content),) = read(make_bag([Sample(START_NS, START_NS, (1.0, 1.0), ())]))
+def test_torques_may_be_missing(settings, make_bag):
+    bag = make_bag([Sample(START_NS, START_NS, (1.0, 1.0), ())])
+    (content,) = measured(read(bag, settings))
     assert math.isnan(content.driver_torque)
     assert math.isnan(content.driven_torque)
 
@@ -69,47 +63,47 @@ def test_torques_may_be_missing(make_bag):
         (b"\x00\x01\x00\x00" + b"\xff" * 40, Rejection.MALFORMED),
     ],
 )
-def test_a_message_that_says_nothing_says_why(make_bag, message, reason):
-    assert [content for _, content in read(make_bag([message]))] == [reason]
+def test_a_message_that_says_nothing_says_why(settings, make_bag, message, reason):
+    assert [sample.content for sample in read(make_bag([message]), settings)] == [reason]
 
 
-def test_topic_is_found_by_the_joints_it_carries(tmp_path):
+def test_topic_is_found_by_the_joints_it_carries(settings, tmp_path):
     bag = tmp_path / "bag"
     write_bag(bag, {"/arm/joint_states": steady_run(2)}, joints=("shoulder", "elbow"))
     other = write_chunked_mcap(tmp_path / "other.mcap", steady_run(3))
     shutil.move(other, bag / "bag_1.mcap")
     (bag / "metadata.yaml").unlink()
-    with JointStateBag(bag, DRIVER, DRIVEN) as it:
-        assert it.topic == "/joint_states"
-        assert it.joints_seen == []
-        assert sum(isinstance(content, Measurement) for _, content in it.samples()) == 3
+    with DriveBag(bag, settings) as it:
+        assert it.topics == ("/joint_states",)
+        assert it.joints_seen == list(JOINTS)
+        assert len(measured(it.samples())) == 3
 
 
-def test_several_candidates_are_listed_and_one_can_be_chosen(tmp_path):
+def test_several_candidates_are_listed_and_one_can_be_chosen(settings, tmp_path):
     bag = write_bag(tmp_path / "bag", {"/a/joints": steady_run(2), "/b/joints": steady_run(3)})
     with pytest.raises(BagError, match=r"2 topics .* --topic: /a/joints, /b/joints"):
-        read(bag)
-    assert len(read(bag, topic="/b/joints")) == 3
+        read(bag, settings)
+    assert len(read(bag, settings, topic="/b/joints")) == 3
 
 
-def test_a_wrong_topic_names_the_right_ones(make_bag):
+def test_a_wrong_topic_names_the_right_ones(settings, make_bag):
     with pytest.raises(BagError, match=r"no joint states on /joints\. .*--topic: /joint_states"):
-        read(make_bag(steady_run(1)), topic="/joints")
+        read(make_bag(steady_run(1)), settings, topic="/joints")
 
 
-def test_a_bag_without_joint_states_says_what_it_holds(tmp_path):
+def test_a_bag_without_joint_states_says_what_it_holds(settings, tmp_path):
     bag = write_bag(tmp_path / "bag", {})
     with pytest.raises(BagError, match=r"no topic of type sensor_msgs/JointState.*no topics"):
-        read(bag)
+        read(bag, settings)
 
 
-def test_types_of_ros_2_serve_where_the_bag_has_none(make_bag):
+def test_types_of_ros_2_serve_where_the_bag_has_none(settings, make_bag):
     samples = steady_run(3)
     bag = make_bag(samples, plugin=StoragePlugin.SQLITE3)
     with sqlite3.connect(bag / "bag.db3") as database:
         database.execute("DELETE FROM message_definitions")
     database.close()
-    assert read(bag) == expected(samples)
+    assert read(bag, settings) == expected(samples)
 
 
 @pytest.mark.parametrize(
@@ -122,23 +116,23 @@ def test_types_of_ros_2_serve_where_the_bag_has_none(make_bag):
         ("folder", None),
     ],
 )
-def test_what_is_no_bag_is_named(tmp_path, name, content):
+def test_what_is_no_bag_is_named(settings, tmp_path, name, content):
     path = tmp_path / name
     path.mkdir() if content is None else path.write_bytes(content)
     with pytest.raises(BagError, match=f"{name}.*Give a rosbag2 directory"):
-        read(path)
+        read(path, settings)
 
 
-def test_a_missing_bag_is_named(tmp_path):
+def test_a_missing_bag_is_named(settings, tmp_path):
     with pytest.raises(BagError, match="gone: no such file"):
-        read(tmp_path / "gone")
+        read(tmp_path / "gone", settings)
 
 
-def test_broken_metadata_does_not_hinder(make_bag):
+def test_broken_metadata_does_not_hinder(settings, make_bag):
     samples = steady_run(5)
     bag = make_bag(samples)
     (bag / "metadata.yaml").write_text("rosbag2_bagfile_information: [")
-    with JointStateBag(bag, DRIVER, DRIVEN) as it:
+    with DriveBag(bag, settings) as it:
         assert list(it.samples()) == expected(samples)
         assert "Read file by file" in it.note
 
@@ -149,9 +143,11 @@ def whole_file(tmp_path_factory):
     return write_chunked_mcap(tmp_path_factory.mktemp("whole") / "bag.mcap", samples), samples
 
 
-@settings(max_examples=60, deadline=None)
+@hypothesis_settings(max_examples=60, deadline=None)
 @given(data=st.data())
-def test_damaged_bytes_give_measurements_or_a_clear_error(whole_file, tmp_path_factory, data):
+def test_damaged_bytes_give_measurements_or_a_clear_error(
+    settings, whole_file, tmp_path_factory, data
+):
     whole, _ = whole_file
     content = bytearray(whole.read_bytes())
     for place in data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=8)):
@@ -159,13 +155,13 @@ def test_damaged_bytes_give_measurements_or_a_clear_error(whole_file, tmp_path_f
     broken = tmp_path_factory.getbasetemp() / "broken.mcap"
     broken.write_bytes(content)
     with suppress(BagError):
-        samples = read(broken)
+        samples = read(broken, settings)
         assert all(isinstance(sample.content, Measurement | Rejection) for sample in samples)
 
 
 @pytest.mark.skipif(not SHARED_BAG.is_dir(), reason="the Exudyn bag is not beside this checkout")
-def test_reads_a_bag_of_another_origin():
-    samples = read(SHARED_BAG)
+def test_reads_a_bag_of_another_origin(settings):
+    samples = read(SHARED_BAG, settings)
     assert len(samples) == 2451
-    assert all(isinstance(content, Measurement) for _, content in samples)
+    assert len(measured(samples)) == 2451
     assert samples[-1].content.driven_speed == pytest.approx(11.3406, abs=1e-3)

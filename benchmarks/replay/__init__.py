@@ -1,0 +1,1 @@
+"""How fast a bag is replayed, where the time goes, and what memory that takes."""

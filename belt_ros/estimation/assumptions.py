@@ -204,8 +204,9 @@ class SensorLimits:
         1.0, "longest gap between samples that is bridged rather than restarted", "s", 1e-3, 1e4
     )
     pool_period: float = setting(
-        0.004,
-        "measurements that come faster than this are averaged over it; 0: each is taken in",
+        0.01,
+        "measurements that come faster than this are averaged over it, to save work: so many "
+        "estimates a second are enough for a belt; 0: each measurement makes an estimate",
         "s",
         0.0,
         1.0,

@@ -66,6 +66,9 @@ class Measurement:
         (see `load_sensors`).
     samples : tuple of float
         Of how many samples each value is the mean, in the order of `Sensor`; empty: of one.
+    bending : tuple of float
+        Variance by which each mean may differ from the value at the stamp, since it bends within
+        the time pooled, in the order of `Sensor`; empty: none.
     pooled : int
         How many measurements this one stands for, see `pooling`.
     """
@@ -81,6 +84,7 @@ class Measurement:
     driven_hub_load: float = math.nan
     span_tension: float = math.nan
     samples: tuple[float, ...] = field(default=(), kw_only=True)
+    bending: tuple[float, ...] = field(default=(), kw_only=True)
     pooled: int = field(default=1, kw_only=True)
 
     @property

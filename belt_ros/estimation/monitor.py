@@ -95,6 +95,7 @@ class BeltMonitor:
             ),
         )
         self._drive = drive
+        self._turns = turns
         self._noise = noise
         self._credence = Credence(self._filter, drive)
         self._calibration = Calibration(drive, noise)
@@ -104,7 +105,7 @@ class BeltMonitor:
     def _begin(self) -> None:
         self._estimate: BeltEstimate | None = None
         self._gated = 0
-        self._pool = Pool(self.limits.pool_period)
+        self._pool = Pool(self.limits.pool_period, self._turns)
         self._jumps = TimeJumps()
         self._lost_travel = LostTravel()
         self._credence.begin()

@@ -114,6 +114,8 @@ class Sensing:
         if measurement.samples:
             variances /= measurement.samples
         variances[_POSITIONS] = self._noise[1, _POSITIONS]  # also of one that came a little before
+        if measurement.bending:
+            variances += measurement.bending
         travel = self._travel.ahead(measurement.speeds, measurement.positions, dt)
         self._since_loads += dt
         loads = NO_LOADS

@@ -1,17 +1,12 @@
-"""Messages to measurements, estimates to messages. Nothing that a topic can carry raises here."""
+"""Stamps, estimates and alarms as messages. Nothing that a topic can carry raises here."""
 
 from belt_msgs.msg import AlarmCondition, BeltState, SlipAlarm
 from builtin_interfaces.msg import Time
 
-from belt_ros.estimation import (
-    AlarmStatus,
-    BeltEstimate,
-    ConditionStatus,
-)
+from belt_ros.estimation import AlarmStatus, BeltEstimate, ConditionStatus
 from belt_ros.message_fields import alarm_fields, condition_fields, state_fields
 
 _SECOND = 1_000_000_000
-_MOST_JOINTS = 1000
 
 
 def nanoseconds(stamp: Time) -> int:

@@ -19,7 +19,7 @@ from belt_ros.diagnostic_rows import REJECTION_ADVICE
 from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejection, Severity
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node import services
-from belt_ros.node.conversions import alarm_message, state_message
+from belt_ros.node.conversions import alarm_message
 from belt_ros.node.diagnostics import memory_status
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
@@ -28,6 +28,7 @@ from belt_ros.node.parameter_tables import DriveDescription, UnitSettings
 from belt_ros.node.pipeline import Pipeline
 from belt_ros.node.topic_hub import TopicHub
 from belt_ros.settings import DriveSettings
+from belt_ros.state_bytes import StateBytes
 
 _REJECTION_LOG_PERIOD = 10.0  # [s] for each reason
 _STATE_DEPTH = 100
@@ -106,6 +107,8 @@ class DriveUnit:
         """Make ready; what is made is destroyed when `made` is closed."""
         settings, unit = description.drive, description.unit
         self._make_publishers(made)
+        self._state_bytes = StateBytes(settings.name, BeltState.get_fields_and_field_types())
+        self._now_ns = hub.now_ns
         self._state_period_ns = round(unit.state_period * _SECOND_NS)
         self._inputs = DriveInputs(
             hub,
@@ -194,9 +197,6 @@ class DriveUnit:
         if pipeline is not None:
             pipeline.hear(source, stamp_ns, self._now_ns())
 
-    def _now_ns(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
-
     def _take(self, ready: Measurement | Rejection, source: str, stamp_ns: int) -> None:
         """Take in what an input has ready."""
         pipeline = self._running
@@ -214,7 +214,7 @@ class DriveUnit:
             self._log_rejection(outcome.reason, source)
         elif outcome.estimate is not None:
             due = outcome.alarm is not None
-            self._publish_state(pipeline.drive_name, outcome.estimate, due=due)
+            self._publish_state(outcome.estimate, due=due)
         if outcome.alarm is not None:
             self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
         if outcome.calibration is not None:
@@ -230,13 +230,13 @@ class DriveUnit:
         if outcome.alarm is not None:
             self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
 
-    def _publish_state(self, drive_name: str, estimate: BeltEstimate, *, due: bool) -> None:
+    def _publish_state(self, estimate: BeltEstimate, *, due: bool) -> None:
         since = estimate.stamp_ns - self._published_ns
         if not due and 0 <= since < self._state_period_ns:
             return
         self._published_ns = estimate.stamp_ns
         if self._state_publisher.get_subscription_count() > 0:
-            self._state_publisher.publish(state_message(drive_name, estimate))
+            self._state_publisher.publish(self._state_bytes.write(estimate))
 
     def _raise(self, pipeline: Pipeline, alarm: AlarmStatus, *, worsened: bool) -> None:
         """Publish and log an alarm that has changed."""

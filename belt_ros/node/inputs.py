@@ -133,7 +133,8 @@ class DriveInputs:
         self._quiet = False
         topic = self._sources[place]
         if feed.stamped:
-            stamp_ns, known = nanoseconds(message.header.stamp), stamp_of(message)
+            known = stamp_of(message)
+            stamp_ns = nanoseconds(message.header.stamp) if known is None else known
         else:
             stamp_ns = known = self._hub.now_ns()
         if self._heard is not None:

@@ -45,6 +45,7 @@ class TopicHub:
         self._reliability = ReliabilityPolicy[reliability.upper()]
         self._depth = depth
         self._shared: dict[tuple[str, type], _Shared] = {}
+        self._arrived_ns: int | None = None  # the message that is being handed out
         made.callback(self.close)
 
     def close(self) -> None:
@@ -55,7 +56,9 @@ class TopicHub:
             self._node.destroy_subscription(shared.subscription)
 
     def now_ns(self) -> int:
-        """Return the node's ROS time [ns]."""
+        """Return the node's ROS time [ns]; to all who are handed a message, that of its arrival."""
+        if self._arrived_ns is not None:
+            return self._arrived_ns
         return int(self._node.get_clock().now().nanoseconds)
 
     def subscribe(self, message_type: type, topic: str, listener: Listener) -> str:
@@ -77,13 +80,24 @@ class TopicHub:
             subscription = self._node.create_subscription(
                 message_type,
                 topic,
-                _fan_out(listeners),
+                self._fan_out(listeners),
                 QoSProfile(depth=self._depth, reliability=self._reliability),
                 qos_overriding_options=QoSOverridingOptions.with_default_policies(),
             )
             self._shared[key] = _Shared(subscription, listeners)
         self._shared[key].listeners.append(listener)
         return name
+
+    def _fan_out(self, listeners: list[Listener]) -> Listener:
+        def hand_out(message: Any) -> None:
+            self._arrived_ns = self.now_ns()
+            try:
+                for listener in listeners:
+                    listener(message)
+            finally:
+                self._arrived_ns = None
+
+        return hand_out
 
     def _check_overrides(self, topic: str) -> None:
         """Refuse what rclpy would end the transition for, or give to DDS as it is."""
@@ -102,11 +116,3 @@ class TopicHub:
                 wanted = f"one of {', '.join(names)}"
             if not usable:
                 raise SettingsError(f"{parameter} is {value!r}; it must be {wanted}")
-
-
-def _fan_out(listeners: list[Listener]) -> Listener:
-    def hand_out(message: Any) -> None:
-        for listener in listeners:
-            listener(message)
-
-    return hand_out

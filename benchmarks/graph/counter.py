@@ -71,10 +71,13 @@ class Heard(NamedTuple):
             messages = tuple(itertools.compress(messages, chosen))
         return Heard(self.stamps[chosen], self.arrivals[chosen], messages)
 
-    @property
-    def delays(self) -> NDArray[np.float64]:
-        """From stamp to arrival [s]."""
-        return (self.arrivals - self.stamps).astype(np.float64) * 1e-9
+    def delays(self, pooled: float = 0.0) -> NDArray[np.float64]:
+        """From the stamp of the last message in a state to the state's arrival [s].
+
+        A state of messages pooled over some time is stamped in the middle of it: from the first of
+        them to the last it takes `pooled` [s].
+        """
+        return (self.arrivals - self.stamps).astype(np.float64) * 1e-9 - 0.5 * pooled
 
 
 class _Notes:

@@ -59,6 +59,7 @@ def run_drives(
     told = {} if pool_period is None else {"limits.pool_period": pool_period}
     settings = load_settings(params, told)
     together = answered_together(settings, rate)
+    pooled = (together - 1) / rate
     cycle = loaded(settings, rate).repeated(count)
     states = tuple(f"{NODE_NAME}/{name}/state" for name in drive_names(count))
     with bench() as place:
@@ -71,7 +72,7 @@ def run_drives(
         plan = Plan(cycle.joints, cycle.save(place.folder), blocks)
         (_, run), heard, memory = place.run(plan, states, node)
     counted = [each.between(run.first_ns, run.last_ns) for each in heard]
-    delays = _microseconds(counted)
+    delays = _microseconds(counted, pooled)
     ending = [each.between(run.last_ns - 1_000_000_000, run.last_ns) for each in counted]
     p50, p99, longest = np.quantile(delays, (0.5, 0.99, 1.0)).tolist()
     return Drives(
@@ -84,14 +85,16 @@ def run_drives(
         p50=p50,
         p99=p99,
         longest=longest,
-        lag=float(np.median(_microseconds(ending))),
+        lag=float(np.median(_microseconds(ending, pooled))),
         processor=run.processor_ns / (run.last_ns - run.first_ns + counts.pause * 1e9),
         growth=memory.growth(run.first_ns, run.last_ns),
     )
 
 
-def _microseconds(heard: list[Heard]) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    delays = np.concatenate([each.delays for each in heard]) * 1e6
+def _microseconds(
+    heard: list[Heard], pooled: float
+) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    delays = np.concatenate([each.delays(pooled) for each in heard]) * 1e6
     return delays if delays.size else np.full(1, np.nan)
 
 

@@ -54,16 +54,19 @@ def run_latency(params: Path, rate: float, seconds: float, depth: int) -> list[T
         plan = Plan(cycle.joints, cycle.save(place.folder), pair * turns)
         sent, (states, relayed), _ = place.run(plan, (STATE, relay.TOPICS[1]), node)
     case = f"{rate:g} Hz"
+    pooled = (together - 1) / rate
     rows = []
     for number in range(_WARM, turns):
-        rows.append(_turn(case, NODE, number - _WARM, sent[2 * number], states, together))
-        rows.append(_turn(case, RELAY, number - _WARM, sent[2 * number + 1], relayed, 1))
+        rows.append(_turn(case, NODE, number - _WARM, sent[2 * number], states, together, pooled))
+        rows.append(_turn(case, RELAY, number - _WARM, sent[2 * number + 1], relayed, 1, 0.0))
     return rows
 
 
-def _turn(case: str, program: str, number: int, sent: Sent, heard: Heard, together: int) -> Turn:
+def _turn(
+    case: str, program: str, number: int, sent: Sent, heard: Heard, together: int, pooled: float
+) -> Turn:
     arrived = heard.between(sent.first_ns, sent.last_ns)
-    delays = arrived.delays * 1e6 if arrived.stamps.size else np.full(1, np.nan)
+    delays = arrived.delays(pooled) * 1e6 if arrived.stamps.size else np.full(1, np.nan)
     p50, p99 = np.quantile(delays, (0.5, 0.99)).tolist()
     spent = sent.processor_ns * 1e-3 / sent.ticks
     expected = sent.ticks // together

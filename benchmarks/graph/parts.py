@@ -6,7 +6,7 @@ from benchmarks.graph.results import Part
 _PROCESSES = (
     "Node, sender and subscriber are processes of one machine and one ROS domain, over Fast DDS, "
     "all reliable. Delays are from the header stamp, set when a message is published, to the "
-    "arrival of the state at the subscriber. "
+    "arrival of the state at the subscriber; of pooled messages, from that of the last. "
 )
 
 PARTS = {
@@ -55,7 +55,8 @@ PARTS = {
             "stages",
             "Where the time of one message goes",
             "Processor time of the thread that calls each stage by itself, on the messages of a "
-            "drive under load. Publishing is to one subscriber in another process.",
+            "drive under load, none of which is pooled. Publishing is to one subscriber in another "
+            "process.",
             stages.Stage,
             stages.stage_verdicts,
             stages.stage_lines,

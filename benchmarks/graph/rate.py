@@ -61,7 +61,9 @@ def run_rate(
         assert processor_ns(node.pid) > 0  # it is still there
     warm, run = sent
     counted = heard.between(run.first_ns, run.last_ns)
-    delays = counted.delays * 1e6 if counted.stamps.size else np.full(1, np.nan)
+    delays = (
+        counted.delays((together - 1) / rate) * 1e6 if counted.stamps.size else np.full(1, np.nan)
+    )
     last = heard.state(-1) if heard.messages else None
     return Rate(
         case=f"{rate:g} Hz for {seconds:g} s",

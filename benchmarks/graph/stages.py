@@ -16,12 +16,9 @@ from sensor_msgs.msg import JointState
 
 from belt_ros.drive_inputs import measurement_from_joint_state
 from belt_ros.estimation import BeltFilter, Measurement
-from belt_ros.node.conversions import (
-    nanoseconds,
-    state_message,
-    time_message,
-)
+from belt_ros.node.conversions import nanoseconds, time_message
 from belt_ros.settings import DriveSettings, load_settings
+from belt_ros.state_bytes import StateBytes
 from benchmarks.estimation.judged import SOURCES
 from benchmarks.estimation.report import verdicts
 from benchmarks.graph.bench import bench
@@ -31,11 +28,11 @@ _TOPIC = "stages/state"
 _WARM = 100  # messages that do not count
 _DESERIALISE, _CONVERT, _STEP = "deserialise", "joint state to measurement", "BeltMonitor.step"
 _PREDICT, _UPDATE, _READ = "  BeltFilter.predict", "  BeltFilter.update", "  BeltFilter.readings"
-_STATE, _PUBLISH = "estimate to message", "serialise and publish"
+_STATE, _PUBLISH = "estimate to bytes", "publish"
 _WHOLE = (_DESERIALISE, _CONVERT, _STEP, _STATE, _PUBLISH)
 
 _Result = TypeVar("_Result")
-_Publish = Callable[[BeltState], None]
+_Publish = Callable[[bytes], None]
 
 
 class Stage(NamedTuple):
@@ -63,8 +60,8 @@ class _Watch:
 
 
 def run_stages(params: Path, rate: float, seconds: float) -> list[Stage]:
-    """Time every stage on a drive's messages at `rate` [Hz], `seconds` of them."""
-    settings = load_settings(params)
+    """Time every stage on a drive's messages at `rate` [Hz], `seconds` of them, none pooled."""
+    settings = load_settings(params, {"limits.pool_period": 0.0})
     watch = _Watch()
     with _publisher() as publish:
         _walk(settings, _messages(loaded(settings, rate), rate, seconds), publish, watch)
@@ -104,6 +101,7 @@ def _walk(
     settings: DriveSettings, messages: Iterator[bytes], publish: _Publish, watch: _Watch
 ) -> None:
     monitor = settings.monitor()
+    states = StateBytes(settings.name, BeltState.get_fields_and_field_types())
     alone = BeltFilter(settings.drive, settings.prior, settings.noise, settings.drift)
     for raw in messages:
         message = watch.time(_DESERIALISE, deserialize_message, raw, JointState)
@@ -115,7 +113,7 @@ def _walk(
         assert estimate is not None
         assert estimate.stamp_ns == nanoseconds(message.header.stamp)
         _walk_filter(alone, measurement, settings.limits.standstill_speed, watch)
-        state = watch.time(_STATE, state_message, settings.name, estimate)
+        state = watch.time(_STATE, states.write, estimate)
         watch.time(_PUBLISH, publish, state)
 
 

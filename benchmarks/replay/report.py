@@ -28,7 +28,7 @@ def page(rows: Sequence[Figure]) -> str:
         "",
         "The paper's drive, joint states in a compressed MCAP bag, measured as the median of some "
         "turns of one process (processor time), as wall time of `belt fleet`, and as peak memory "
-        "of one process. At 1000 Hz the estimator pools what comes within 4 ms.",
+        "of one process. At 1000 Hz the estimator pools what comes within 10 ms.",
         "",
         *verdicts([*_speed_verdicts(cases), *_other_verdicts(cases)]),
         "",

@@ -68,7 +68,8 @@ def test_what_was_heard_is_chosen_by_stamp_or_arrival_with_its_messages(tmp_path
         bytes_0=np.frombuffer(b"".join(messages), dtype=np.uint8),
     )
     (heard,) = Heard.load(tmp_path / "heard.npz")
-    assert heard.delays == pytest.approx([5e-9, 8e-9, 3e-9])
+    assert heard.delays() == pytest.approx([5e-9, 8e-9, 3e-9])
+    assert heard.delays(4e-9) == pytest.approx([3e-9, 6e-9, 1e-9])
     by_stamp, by_arrival = heard.between(20, 30), heard.arrived(0, 28)
     assert [by_stamp.state(k).accepted_count for k in range(2)] == [2, 3]
     assert [by_arrival.state(k).accepted_count for k in range(2)] == [1, 2]

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from functools import partial
 
 import pytest
 from inputs_harness import Graph, Listener
@@ -9,6 +10,7 @@ from node_harness import joint_state
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
+from sensor_msgs.msg import JointState
 
 from belt_ros.node.inputs import InputKind, TopicHub
 from belt_ros.settings import SettingsError
@@ -52,6 +54,42 @@ def test_many_drives_on_one_topic_share_a_subscription(graph: Graph) -> None:
         graph.until(lambda: all(listener.taken for listener in listeners))
         assert all(len(listener.taken) == 1 for listener in listeners)
     assert len(list(node.subscriptions)) == before
+
+
+def came(times: list[int], count: int) -> bool:
+    return len(times) == count
+
+
+def test_a_message_arrives_at_one_time_for_all_who_listen(graph: Graph) -> None:
+    node = graph.node("belt")
+    with ExitStack() as made:
+        hub = TopicHub(node, "reliable", 100, made)
+        listeners = [Listener(node, InputKind.JOINT_STATE, made, hub) for _ in range(2)]
+        times = []
+        for listener in listeners:
+            listener.on_heard = lambda *_: times.append(hub.now_ns())
+        for stamp_ns in (1, 2):
+            graph.send("joint_states", joint_state(stamp_ns))
+            graph.until(partial(came, times, 2 * stamp_ns))
+        first, second = times[:2], times[2:]
+        assert first[0] == first[1] < second[0] == second[1] < hub.now_ns()
+
+
+def test_time_goes_on_after_a_listener_that_raises(graph: Graph) -> None:
+    node = graph.node("belt")
+    times = []
+
+    def fail(_: object) -> None:
+        times.append(hub.now_ns())
+        raise ArithmeticError
+
+    with ExitStack() as made:
+        hub = TopicHub(node, "reliable", 100, made)
+        hub.subscribe(JointState, "joint_states", fail)
+        graph.send("joint_states", joint_state(1))
+        with pytest.raises(ArithmeticError):
+            graph.until(lambda: False, 5.0)
+        assert times[0] < hub.now_ns()
 
 
 def quality(node: Node, topic: str) -> tuple[ReliabilityPolicy, int]:

@@ -38,7 +38,7 @@ class StateBytes:
         self._values = attrgetter(*(STATE_SOURCES[name] for name in numbers))
 
     def write(self, estimate: BeltEstimate) -> bytes:
-        """Return an estimate as a message, stamped with the time of its measurement."""
+        """Return an estimate as a message, with its stamp."""
         stamp = divmod(estimate.stamp_ns, _SECOND_NS)
         *numbers, rejections = self._values(estimate)
         return PLAIN_CDR + self._struct.pack(*stamp, *self._strings, *numbers, *rejections)

@@ -6,6 +6,8 @@ Run it as `.venv/bin/python tools/make_report_picture.py`.
 
 import shutil
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from selenium import webdriver
@@ -20,7 +22,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 IMAGES = REPOSITORY / "docs" / "images"
 CONFIG = REPOSITORY / "config" / "demo_drive.yaml"
 SCENARIO = REPOSITORY / "config" / "scenarios" / "demo.yaml"
-FLAGS = (
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+DRIVER = shutil.which("chromedriver")
+_FLAGS = (
     "--headless=new",
     "--no-sandbox",
     "--disable-gpu",
@@ -29,9 +33,32 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--hide-scrollbars",
-    "--window-size=1000,1180",
 )
+
+
+@contextmanager
+def chromium(profile: Path, *flags: str, logs: tuple[str, ...] = ()) -> Iterator[webdriver.Chrome]:
+    """Start a browser without a window, and end it.
+
+    Parameters
+    ----------
+    profile : Path
+        Where it keeps what it needs.
+    *flags : str
+        Of its command line.
+    logs : tuple of str
+        Which of its logs are kept, such as ``browser``.
+    """
+    options = webdriver.ChromeOptions()
+    options.binary_location = CHROMIUM or ""
+    for flag in (*_FLAGS, *flags, f"--user-data-dir={profile}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", dict.fromkeys(logs, "ALL"))
+    driver = webdriver.Chrome(options, webdriver.ChromeService(DRIVER))
+    try:
+        yield driver
+    finally:
+        driver.quit()
 
 
 def make_report(place: Path) -> Path:
@@ -46,12 +73,7 @@ def make_report(place: Path) -> Path:
 
 def take_pictures(page: Path, profile: Path) -> None:
     """Photograph the head of the page, and in the dark where load meets slip."""
-    options = webdriver.ChromeOptions()
-    options.binary_location = shutil.which("chromium") or ""
-    for flag in (*FLAGS, f"--user-data-dir={profile}"):
-        options.add_argument(flag)
-    driver = webdriver.Chrome(options, webdriver.ChromeService(shutil.which("chromedriver")))
-    try:
+    with chromium(profile, "--hide-scrollbars", "--window-size=1000,1180") as driver:
         driver.get(page.as_uri())
         driver.save_screenshot(str(IMAGES / "report.png"))
         dark = {"name": "prefers-color-scheme", "value": "dark"}
@@ -60,8 +82,6 @@ def take_pictures(page: Path, profile: Path) -> None:
         driver.refresh()
         driver.execute_script("document.getElementById('load').scrollIntoView()")
         driver.save_screenshot(str(IMAGES / "report_dark.png"))
-    finally:
-        driver.quit()
 
 
 if __name__ == "__main__":

@@ -32,7 +32,9 @@ def parted(components: list[Component]) -> tuple[list[Component], list[Component
     weights = normalised(np.array([component.log_weight for component in components]))
     changing = np.array([component.changing for component in components])
     share = float(np.sum(weights[changing]))
-    unlikely = True if share < _UNLIKELY else False if share > 1.0 - _UNLIKELY else None
+    if _UNLIKELY <= share <= 1.0 - _UNLIKELY:
+        return components, []
+    unlikely = share < _UNLIKELY
     return (
         [component for component in components if component.changing is not unlikely],
         [component for component in components if component.changing is unlikely],

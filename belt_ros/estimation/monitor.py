@@ -249,6 +249,8 @@ class BeltMonitor:
     def step(self, measurement: Measurement) -> MonitorOutput:
         """Take in one measurement, or turn it away; what comes fast is pooled first."""
         reason = check_measurement(measurement, self.limits)
+        if reason is Rejection.NONE and self._pool.overtaken(measurement.stamp_ns):
+            reason = Rejection.OUT_OF_ORDER
         if reason is not Rejection.NONE:
             return self.reject(reason, measurement)
         output = MonitorOutput(Rejection.NONE, self._estimate, None)

@@ -60,7 +60,7 @@ def main(args: Sequence[str] | None = None) -> int:
     node = BeltNode()
     executor = make_executor()
     executor.add_node(node)
-    # What is made by now stays; to look through it for garbage would hold up the input for 0.2 s.
+    # What is imported by now stays; looking through it for garbage would hold up input for 0.2 s.
     gc.freeze()
     stop.making = False
     # spin() of EventsExecutor would do nothing but burn CPU.

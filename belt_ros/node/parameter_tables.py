@@ -66,7 +66,7 @@ def _unit_table() -> Iterator[Parameter]:
     yield Parameter(
         "state_period",
         0.0,
-        "shortest time between two ~/state; 0: every measurement",
+        "shortest time between two ~/state; 0: every estimate",
         "s",
         0.0,
         60.0,

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, Protocol
 _HEAD = b"\x00\x01\x00\x00"  # plain CDR, little endian
 _STAMP = 8  # [bytes]
 _MOST_NUMBERS = 1000  # per array, for which a layout is worth having
+_MOST_LAYOUTS = 16
 
 
 class Reader(Protocol):
@@ -52,16 +53,20 @@ class JointStateReader:
 
     def __init__(self, whole: Reader) -> None:
         self._whole = whole
-        self._layout: _Layout | None = None
+        self._layouts: dict[int, _Layout] = {}  # by length: arms may share a topic with the drive
 
     def read(self, data: bytes) -> Any:
         """Return a message; None if the bytes are none."""
-        if self._layout is not None:
-            message = self._layout.read(data)
-            if message is not None:
-                return message
+        layout = self._layouts.get(len(data))
+        message = None if layout is None else layout.read(data)
+        if message is not None:
+            return message
         message = self._whole.read(data)
-        self._layout = None if message is None else _layout_of(data, message)
+        layout = None if message is None else _layout_of(data, message)
+        if layout is not None:
+            if len(self._layouts) >= _MOST_LAYOUTS:
+                self._layouts.clear()
+            self._layouts[len(data)] = layout
         return message
 
 
@@ -70,7 +75,6 @@ class _Layout:
 
     def __init__(self, data: bytes, names: Sequence[str], strings: int, counts: list[int]) -> None:
         self._names = names
-        self._counts = counts
         self._struct = struct.Struct(_format(len(data), strings, counts))
         first, second, third = counts
         self._fixed = itemgetter(0, 3, 4, 5 + first, 6 + first + second)

@@ -1,6 +1,6 @@
 """The states of one replay as Parquet tables, written in row groups so that memory stays flat.
 
-One holds the filter's state at every measurement, the other what is known with hindsight.
+One holds the filter's state at every estimate, the other what is known with hindsight.
 """
 
 import re

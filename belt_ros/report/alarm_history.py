@@ -2,17 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-from rosbags.highlevel import AnyReader
-
-from belt_ros.message_types import belt_typestore
-from belt_ros.replay.errors import BagError, damage_reported
 from belt_ros.replay.result_bag import ALARM_TYPE
-from belt_ros.report.result_directory import ReportError
-from belt_ros.report.table_scan import Batch, Floats
+from belt_ros.report.result_messages import LogTimes, result_messages
+from belt_ros.report.table_scan import Batch
 
 MOST_CHANGES = 20_000  # of alarms, that a report takes in
 
@@ -85,24 +81,8 @@ def read_changes(bag: Path) -> list[Change]:
     ReportError
         If the bag is damaged.
     """
-    if not bag.exists():
-        return []
-    changes: list[Change] = []
-    try:
-        with (
-            damage_reported(bag, "Replay the bag anew."),
-            AnyReader([bag], default_typestore=belt_typestore()) as reader,
-        ):
-            chosen = [found for found in reader.connections if found.msgtype == ALARM_TYPE]
-            if chosen:
-                for connection, log_ns, data in reader.messages(chosen):
-                    message = reader.deserialize(data, connection.msgtype)
-                    changes.append(Change(log_ns, dict(_levels(message))))
-                    if len(changes) > MOST_CHANGES:
-                        break
-    except BagError as error:
-        raise ReportError(str(error)) from error
-    return changes
+    messages = islice(result_messages(bag, ALARM_TYPE), MOST_CHANGES + 1)
+    return [Change(log_ns, dict(_levels(message))) for log_ns, message in messages]
 
 
 def _levels(message: Any) -> Iterator[tuple[int, Level]]:
@@ -138,23 +118,19 @@ class AlarmTally:
     def __init__(self, changes: Sequence[Change]) -> None:
         self._changes = changes[:MOST_CHANGES]
         self._complete = len(changes) <= MOST_CHANGES
-        self._log_ns = np.array([change.log_ns for change in self._changes], dtype=np.int64)
-        self._times: Floats = np.full(len(self._changes), np.nan)
+        self._times = LogTimes([change.log_ns for change in self._changes])
         self._end = 0.0
 
     def add(self, batch: Batch) -> None:
-        """Take in the next rows: a change counts from the row at its time or the next before."""
-        places = np.searchsorted(batch.log_ns, self._log_ns, side="right") - 1
-        here = places >= 0
-        self._times[here] = batch.elapsed[places[here]]
+        """Take in the next rows."""
+        self._times.add(batch)
         self._end = float(batch.elapsed[-1])
 
     def history(self) -> AlarmHistory:
         """Return what became of the alarms up to the table's end."""
-        times = np.nan_to_num(self._times, nan=0.0)
         open_since: dict[int, tuple[float, Level]] = {}
         intervals: list[Interval] = []
-        for change, time in zip(self._changes, times.tolist(), strict=True):
+        for change, time in zip(self._changes, self._times.seconds, strict=True):
             for condition in [*open_since]:
                 start, level = open_since[condition]
                 now = change.levels.get(condition)

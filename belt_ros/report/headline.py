@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from belt_ros.replay.quantities import FinalQuantity
-from belt_ros.report.labels import LABELS, SEVERITIES, condition_name
+from belt_ros.report.labels import LABELS
 from belt_ros.report.rounding import SPACE, count, duration, plain
 from belt_ros.report.study import Study
 
@@ -32,15 +32,14 @@ def verdict(study: Study) -> str:
     summary = study.summary
     phases = summary.group("time_in_phase").numbers()
     slipped, lost = phases.get("gross_slip", 0.0), phases.get("lost", 0.0)
-    raised = study.alarms.conditions
     if slipped > 0.0:
         return f"The belt slipped on a pulley for {duration(slipped)}."
     if lost > 0.0:
         return (
             f"Sensors and model did not fit for {duration(lost)}: look at the data quality first."
         )
-    if raised:
-        names = " and ".join(condition_name(condition) for condition in raised[:3])
+    if study.totals:
+        names = " and ".join(total.condition for total in study.totals[:3])
         return f"The belt did not slip, but there were alarms: {names}."
     if summary.count("alarms_raised"):
         return "The belt did not slip, but there were alarms."
@@ -62,21 +61,13 @@ def _events(study: Study) -> Iterator[str]:
     if slip is not None:
         shown = LABELS["slip"].shown(slip.value, slip.stddev)
         yield f"The greatest slip was {shown} at {moment(slip.time)}."
-    for condition in study.alarms.conditions:
-        spans = study.alarms.spans(condition)
-        worst = max(severity for _, _, severity in spans)
-        total = sum(end - start for start, end, _ in spans)
-        times = {1: "once", 2: "twice"}.get(len(spans), f"{len(spans)} times")
+    for total in study.totals:
+        times = {1: "once", 2: "twice"}.get(total.times, f"{total.times} times")
+        first = "" if total.first is None else f"first at {moment(total.first)}, "
         yield (
-            f"{condition_name(condition).capitalize()}: raised {times}, first at "
-            f"{moment(spans[0][0])}, {duration(total)} in all, at worst "
-            f"{'an alarm' if worst == 2 else f'a {severity_name(worst)}'}."
+            f"{total.condition.capitalize()}: raised {times}, {first}{duration(total.seconds)} in "
+            f"all, at worst {'an' if total.severity == 'alarm' else 'a'} {total.severity}."
         )
-
-
-def severity_name(number: int) -> str:
-    """Return the name of a severity, also of one that is newer than this program."""
-    return SEVERITIES[number] if number < len(SEVERITIES) else f"severity {number}"
 
 
 def _belt(study: Study) -> Iterator[str]:
@@ -129,9 +120,7 @@ def facts(study: Study) -> tuple[Fact, ...]:
     if worst is not None:
         shown = LABELS["margin"].shown(worst.value, worst.stddev)
         margin = Fact("worst margin", shown, f"at {moment(worst.time)}")
-    history = study.alarms
-    raised = sum(len(history.spans(condition)) for condition in history.conditions)
-    alarms = raised or summary.count("alarms_raised")
+    alarms = sum(total.times for total in study.totals) or summary.count("alarms_raised")
     severity = summary.text("worst_severity")
     return (
         margin,

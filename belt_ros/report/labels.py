@@ -49,6 +49,11 @@ CONDITIONS = (
 SEVERITIES = ("normal", "warning", "alarm", "trip")
 
 
+def severity_name(number: int) -> str:
+    """Return the name of a severity, also of one that is newer than this program."""
+    return SEVERITIES[number] if number < len(SEVERITIES) else f"severity {number}"
+
+
 def condition_name(number: int) -> str:
     """Return the name of an alarm's condition, also of one that is newer than this program."""
     return CONDITIONS[number] if number < len(CONDITIONS) else f"condition {number}"

@@ -48,6 +48,12 @@ def table(caption: str, headings: Sequence[object], rows: Iterable[Sequence[obje
     return tag("div", inner, class_="table", tabindex="0", role="region", aria_label=caption)
 
 
+def section(name: str, title: str, *contents: object) -> Html:
+    """Return a part of the page with its heading; `name` is its identity."""
+    heading = tag("h2", title, id=f"{name}-title")
+    return tag("section", heading, *contents, id=name, aria_labelledby=f"{name}-title")
+
+
 class Asset(NamedTuple):
     """A script or style sheet of this package."""
 
@@ -65,6 +71,12 @@ def asset(name: str) -> Asset:
     return Asset((files("belt_ros.report") / "assets" / name).read_text(encoding="utf-8"))
 
 
+def joined(names: Sequence[str]) -> Asset:
+    """Return scripts as one, in which each knows the names of all, and nothing else does."""
+    parts = "\n".join(asset(name).content for name in names)
+    return Asset(f'"use strict";\n(() => {{\n{parts}}})();\n')
+
+
 def document(
     title: str, body: Html, data: str, styles: Sequence[str], scripts: Sequence[str]
 ) -> str:
@@ -77,9 +89,10 @@ def document(
     data : str
         JSON without the character "<", for the element with the identity ``data``.
     styles, scripts : sequence of str
-        Names of assets.
+        Names of assets. The scripts become one.
     """
-    sheets, codes = [asset(name) for name in styles], [asset(name) for name in scripts]
+    sheets = [asset(name) for name in styles]
+    codes = [joined(scripts)] if scripts else []
     policy = "; ".join(
         (
             "default-src 'none'",

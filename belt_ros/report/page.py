@@ -1,17 +1,29 @@
 """The page: headline, pictures and tables, in the order in which they are read."""
 
 import datetime as dt
-from collections.abc import Iterator
 
-from belt_ros.report.headline import Fact, facts, moment, sentences, severity_name, verdict
-from belt_ros.report.labels import LABELS, condition_name
-from belt_ros.report.markup import Html, document, join, table, tag
+from belt_ros.report.alarm_section import alarm_section
+from belt_ros.report.headline import Fact, facts, moment, sentences, verdict
+from belt_ros.report.labels import LABELS
+from belt_ros.report.markup import Html, document, join, section, table, tag
 from belt_ros.report.payload import payload
+from belt_ros.report.quality_section import quality_section
 from belt_ros.report.rounding import duration, plain
 from belt_ros.report.study import Study
 
 _STYLES = ("uPlot.min.css", "report.css")
-_SCRIPTS = ("uPlot.iife.min.js", "report.js")
+_SCRIPTS = (
+    "uPlot.iife.min.js",
+    "numbers.js",
+    "results.js",
+    "elements.js",
+    "zoom.js",
+    "axes.js",
+    "time_chart.js",
+    "alarm_lanes.js",
+    "load_chart.js",
+    "page.js",
+)
 _ANSWERS = (
     "slip",
     "margin",
@@ -24,7 +36,6 @@ _ANSWERS = (
     "ratio_bias",
     "accumulated_slip",
 )
-_MOST_ALARMS = 200
 _YEAR_2000 = 946_684_800.0  # [s]; stamps before count from the start of a simulation
 _CHART_IDS = ("slip", "tension", "stiffness", "margin", "torque")
 
@@ -38,18 +49,13 @@ def render(study: Study) -> str:
         _head(study, title),
         _over_time(study),
         _load(study),
-        _alarms(study),
+        alarm_section(study),
         _comparison(study),
         _estimates(study),
-        _quality(study),
+        quality_section(study),
         _foot(study),
     )
     return document(title, body, payload(study), _STYLES, _SCRIPTS)
-
-
-def _section(name: str, title: str, *contents: object) -> Html:
-    heading = tag("h2", title, id=f"{name}-title")
-    return tag("section", heading, *contents, id=name, aria_labelledby=f"{name}-title")
 
 
 def _head(study: Study, title: str) -> Html:
@@ -115,7 +121,7 @@ def _over_time(study: Study) -> Html:
     )
     charts = join(tag("div", id=f"chart-{name}", class_="chart") for name in _CHART_IDS)
     lanes = tag("div", id="chart-alarms", class_="chart")
-    return _section(
+    return section(
         "time", "Over time", tag("p", hint + decimated, class_="hint"), tools, charts, lanes
     )
 
@@ -133,30 +139,7 @@ def _load(study: Study) -> Html:
             "(gross slip, starts and stops)."
         )
     chart = tag("div", id="chart-load", class_="chart tall")
-    return _section("load", "Load against slip", tag("p", text, class_="hint"), chart)
-
-
-def _alarms(study: Study) -> Html:
-    history = study.alarms
-    if not history.raised:
-        return _section("alarms", "Alarms", tag("p", "There was none."))
-    rows = (
-        (
-            condition_name(interval.condition),
-            severity_name(interval.severity),
-            moment(interval.start),
-            duration(interval.end - interval.start),
-            interval.message,
-        )
-        for interval in history.raised[:_MOST_ALARMS]
-    )
-    listed = table(
-        "Alarms in the order of time", ("condition", "severity", "from", "for", "message"), rows
-    )
-    rest = len(history.raised) - _MOST_ALARMS
-    more = tag("p", f"{rest:,} more are in the result bag.", class_="hint") if rest > 0 else ""
-    short = "" if history.complete else tag("p", "Only the first alarms are in this report.")
-    return _section("alarms", "Alarms", listed, more, short)
+    return section("load", "Load against slip", tag("p", text, class_="hint"), chart)
 
 
 def _comparison(study: Study) -> Html:
@@ -187,7 +170,7 @@ def _comparison(study: Study) -> Html:
         warning = tag("p", "The baseline was computed for another description of the drive.")
     headings = ("quantity", "baseline", "this run", "difference", "changed?")
     found = table("This run and the baseline", headings, rows)
-    return _section(
+    return section(
         "baseline", "Against the baseline", tag("p", text, class_="hint"), warning, found
     )
 
@@ -204,60 +187,7 @@ def _estimates(study: Study) -> Html:
         interval = f"{low} to {high} {label.unit}".rstrip()
         rows.append((label.text, label.shown(end.value, end.stddev), interval, shown))
     headings = ("quantity", "at the end", "95 % interval", "when known best, with hindsight")
-    return _section("estimates", "Estimates", table("Estimates with their errors", headings, rows))
-
-
-def _quality(study: Study) -> Html:
-    found = table("Data quality", ("", "value"), _quality_rows(study))
-    gaps = Html("")
-    if study.quality.longest:
-        rows = ((moment(gap.start), duration(gap.length)) for gap in study.quality.longest)
-        gaps = table("Longest gaps", ("from", "length"), rows)
-    return _section("quality", "Data quality", found, gaps)
-
-
-def _quality_rows(study: Study) -> Iterator[tuple[object, object]]:
-    summary, quality = study.summary, study.quality
-    observed = summary.number("duration") - summary.number("unobserved")
-    messages = summary.count("messages")
-    yield "topic", summary.text("topic")
-    yield "messages", f"{messages:,}"
-    yield "messages used", f"{summary.count('accepted'):,}"
-    if observed > 0.0:
-        yield "messages a second, gaps left out", f"{plain(messages / observed)} Hz"
-    yield "estimates", f"{quality.rows:,}"
-    if quality.period:
-        yield "median time between estimates", f"{plain(1e3 * quality.period)} ms"
-    for reason, number in summary.group("rejected").numbers().items():
-        if number:
-            yield f"rejected: {reason.replace('_', ' ')}", f"{round(number):,}"
-    if not any(summary.group("rejected").numbers().values()):
-        yield "rejected", "none"
-    limit = summary.group("config").group("limits").number("greatest_gap")
-    yield f"gaps longer than {plain(limit, 3)} s", f"{quality.gaps:,}"
-    yield "time without data", duration(summary.number("unobserved"))
-    yield "time jumped back", f"{summary.count('resets'):,}"
-    for kind, seconds in quality.fit_seconds.items():
-        if seconds > 0.0:
-            yield f"sensors and model: {_FITS[kind]}", duration(seconds)
-    yield "worst misfit (innovation squared; 1 is right)", plain(quality.worst_fit, 3)
-    yield from _fit_by_sensor(study)
-
-
-_FITS = {
-    "unknown": "too little to tell",
-    "consistent": "fit",
-    "overconfident": "fit worse than stated: do not trust the errors",
-    "underconfident": "fit better than stated",
-}
-
-
-def _fit_by_sensor(study: Study) -> Iterator[tuple[object, object]]:
-    """Where the summary tells it."""
-    told = study.summary.raw().get("fit_by_sensor")
-    if isinstance(told, dict):
-        for sensor, mean in study.summary.group("fit_by_sensor").numbers().items():
-            yield f"fit of {sensor.replace('_', ' ')} (1 is right)", plain(mean, 3)
+    return section("estimates", "Estimates", table("Estimates with their errors", headings, rows))
 
 
 def _foot(study: Study) -> Html:

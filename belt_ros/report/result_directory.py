@@ -74,6 +74,13 @@ class SummaryValues:
             self._wrong(name)
         return SummaryValues(self._path, value)
 
+    def groups(self, name: str) -> tuple["SummaryValues", ...]:
+        """Return the mappings of a list."""
+        found = self._values.get(name)
+        if not isinstance(found, list) or not all(isinstance(value, dict) for value in found):
+            self._wrong(name)
+        return tuple(SummaryValues(self._path, value) for value in found)
+
     def __bool__(self) -> bool:
         return bool(self._values)
 

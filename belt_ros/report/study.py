@@ -8,12 +8,14 @@ from belt_ros.estimation import Quantity
 from belt_ros.estimation.estimate import log_spread
 from belt_ros.mechanics import BeltDrive, DriveError
 from belt_ros.report.alarm_history import AlarmHistory, AlarmTally, raised_ns, read_changes
+from belt_ros.report.alarm_totals import AlarmTotal, alarm_totals
 from belt_ros.report.comparison import Compared, compare
 from belt_ros.report.drive_at import Known, LoadCurve, RowTally, drive_from_config, load_curve
 from belt_ros.report.envelopes import Curves, EnvelopeTally, Grid
 from belt_ros.report.load_slip import Cells, CloudTally, SlipAtLoadTally, Window, common_step
 from belt_ros.report.quality import QualityTally
 from belt_ros.report.result_directory import ReportError, ResultDirectory, SummaryValues
+from belt_ros.report.sensor_fit import FitTally, SensorFit, read_fits
 from belt_ros.report.table_scan import Tally, extremes, row_count, scan
 
 QUANTITIES = (
@@ -62,8 +64,10 @@ class Study:
     filtered: Curves
     smoothed: Curves | None
     alarms: AlarmHistory
+    totals: tuple[AlarmTotal, ...]
     picture: LoadPicture
     quality: QualityTally
+    sensor_fits: tuple[SensorFit, ...]
     baseline: ResultDirectory | None
     compared: tuple[Compared, ...]
 
@@ -95,16 +99,20 @@ def study(results: ResultDirectory, baseline: ResultDirectory | None) -> Study:
     envelopes = EnvelopeTally(grid, QUANTITIES, ONLY_MOVING, least_speed)
     cloud, at_load = CloudTally(window, least_speed), SlipAtLoadTally(greatest_torque)
     quality, alarms = QualityTally(gap), AlarmTally(changes)
-    _scan(results, envelopes, cloud, at_load, quality, alarms)
+    fits = FitTally(read_fits(results.bag))
+    _scan(results, envelopes, cloud, at_load, quality, alarms, fits)
     compared = () if baseline is None else _compared(results, baseline, at_load, greatest_torque)
+    history = alarms.history()
     picture = LoadPicture(window, cloud.cells(), cloud.beyond, cloud.moving, tuple(curves))
     return Study(
         results,
         envelopes.curves(),
         smoothed,
-        alarms.history(),
+        history,
+        alarm_totals(summary, history),
         picture,
         quality,
+        fits.fits(),
         baseline,
         compared,
     )

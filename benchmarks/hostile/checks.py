@@ -75,6 +75,7 @@ class Ledger:
     def __init__(self, limits: SensorLimits) -> None:
         self.given = 0
         self.last_ns: int | None = None  # stamp of the last measurement that may wait
+        self._pooled_ns: int | None = None  # stamp of the last that was pooled
         self._waits = 0
         self.retune(limits)
 
@@ -85,7 +86,7 @@ class Ledger:
 
     def begin(self, counted: int) -> None:
         """Count from `counted` on, as nothing waits any more."""
-        self.given, self.last_ns, self._waits = counted, None, 0
+        self.given, self.last_ns, self._pooled_ns, self._waits = counted, None, None, 0
 
     def give(self, ready: Measurement | Rejection) -> None:
         """Take note of what is handed to the pipeline next."""
@@ -94,9 +95,13 @@ class Ledger:
             return
         if check_measurement(ready, self._limits) is not Rejection.NONE:
             return
+        if self._pooled_ns is not None and 0 <= self._pooled_ns - ready.stamp_ns < self._period_ns:
+            return  # turned away before it comes to the pool
         before, self.last_ns = self.last_ns, ready.stamp_ns
         pooled = before is not None and 0 < ready.stamp_ns - before < self._period_ns
         self._waits = self._waits + 1 if pooled else 0
+        if pooled:
+            self._pooled_ns = ready.stamp_ns
 
     def check(self, accepted: int, rejections: tuple[int, ...]) -> int:
         """Compare with what the monitor has counted; return how many wait.

@@ -6,11 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
+from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from belt_ros.estimation import Measurement
+from belt_ros.estimation import Measurement, Rejection
 from belt_ros.estimation.pooling import Pool
+from belt_ros.settings import DriveSettings
 
 MILLISECOND = 1_000_000
 PERIOD = 0.01  # [s]
@@ -120,7 +122,54 @@ def test_even_acceleration_bends_nothing_but_angles() -> None:
     assert math.sqrt(angle) == pytest.approx(100.0 * 0.01**2 / 12.0)
 
 
-@settings(derandomize=True, deadline=None)
+@pytest.mark.parametrize("missing", [0, 4, 9])
+def test_an_angle_that_is_missing_at_times_is_still_that_of_the_stamp(missing: int) -> None:
+    pool = Pool(PERIOD)
+    taken: list[Measurement] = []
+    for k in range(60):
+        angle = math.nan if k % 10 == missing else 100.0 * 1e-3 * k
+        taken += pool.take(at(k, driver_position=angle))
+    for mean in taken[2:]:
+        assert mean.driver_position == pytest.approx(100.0 * mean.stamp_ns * 1e-9)
+
+
+def test_what_comes_seldom_is_told_with_how_far_it_is_from_the_stamp() -> None:
+    pool = Pool(PERIOD)
+    taken: list[Measurement] = []
+    for k in range(100):
+        speed = 100.0 + 0.5 * k
+        seldom = speed if k % 10 == 0 else math.nan
+        taken += pool.take(Measurement(k * MILLISECOND, speed, seldom))
+    mean = taken[-1]
+    off = mean.driven_speed - (100.0 + 500.0 * mean.stamp_ns * 1e-9)
+    assert 0.5 < math.sqrt(mean.bending[1]) / abs(off) < 2.0
+
+
+def test_bends_are_told_across_short_gaps() -> None:
+    pool = Pool(PERIOD)
+    taken: list[Measurement] = []
+    for k in range(400):
+        stamp = k + 11 * (k // 25)  # ms; 12 ms pass after every 25 samples
+        taken += pool.take(at(stamp, speed=100.0 + 0.5 * math.sin(0.06 * stamp)))
+    means = [mean for mean in taken if mean.pooled > 1]
+    assert sum(bool(mean.bending) for mean in means) >= len(means) - 2
+
+
+@pytest.mark.parametrize("period", [0.0, 0.01])
+@pytest.mark.parametrize("behind", [0.0, 2.5])
+def test_what_is_not_later_than_the_last_is_turned_away_pooled_or_not(
+    settings: DriveSettings, period: float, behind: float
+) -> None:
+    limits = dataclasses.replace(settings.limits, pool_period=period)
+    monitor = dataclasses.replace(settings, limits=limits).monitor()
+    for k in range(100):
+        for stamp in (k, k - behind) if k % 10 == 7 else (k,):
+            nanoseconds = round((1000 + stamp) * MILLISECOND)
+            monitor.step(Measurement(nanoseconds, 120.0, 119.2, 45.0, -45.0))
+    assert monitor.health.rejections[Rejection.OUT_OF_ORDER] == 10
+
+
+@hypothesis_settings(derandomize=True, deadline=None)
 @given(st.lists(st.floats(1e-4, 9e-3), min_size=30, max_size=200))
 def test_no_sample_waits_longer_than_a_period_and_none_counts_twice(steps: list[float]) -> None:
     pool = Pool(PERIOD)

@@ -140,3 +140,14 @@ def test_numbers_keep_their_bits(value):
     message = serialised("base", ["a", "b"], [[value, 1.0], [value, -value], []])
     assert plain(reader.read(message)) == plain(reader.read(message))
     assert struct.pack("d", reader.read(message).position[0]) == struct.pack("d", value)
+
+
+def test_publishers_that_alternate_on_a_topic_are_each_looked_at_once():
+    drive = serialised("", ["a", "b"], [[1.0, 2.0]] * 3)
+    arm = serialised("", ["shoulder", "elbow", "wrist"], [[1.0, 2.0, 3.0]] * 3)
+    whole = Counting()
+    reader = JointStateReader(whole)
+    for _ in range(5):
+        assert plain(reader.read(drive)) == plain(whole._reader.read(drive))
+        assert plain(reader.read(arm)) == plain(whole._reader.read(arm))
+    assert whole.asked == 2

@@ -1,6 +1,6 @@
 import json
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,14 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = load_settings(REPOSITORY / "config" / "paper_drive.yaml")
     replay(REPOSITORY / "tests" / "data" / "rig_bag", settings, out)
     return out
+
+
+@pytest.fixture(scope="module")
+def tools() -> Iterator[None]:
+    """Let the repository's tools be imported."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(REPOSITORY / "tools"))
+        yield
 
 
 @pytest.fixture

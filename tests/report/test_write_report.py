@@ -3,6 +3,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections import Counter
 from html.parser import HTMLParser
 
 import pyarrow as pa
@@ -10,9 +11,11 @@ import pyarrow.parquet as pq
 import pytest
 from long_results import repeated
 
+from belt_ros.estimation.alarm_settings import Condition
 from belt_ros.report import ReportError, write_report
+from belt_ros.report.labels import condition_name
 from belt_ros.report.markup import Html, document, tag
-from belt_ros.report.rounding import SPACE
+from belt_ros.report.rounding import SPACE, duration
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror='alert(2)'>\"&\x00\ud800"
 
@@ -64,6 +67,64 @@ def test_the_count_of_alarms_is_that_of_the_sentences(page):
     assert re.search(rf"alarms\s*{total}\s*worst: ", text)
 
 
+def rows_of(page, caption):
+    """The cells of a table of the page, row by row."""
+    table = re.search(rf"<caption>{caption}</caption>.*?</table>", page, re.DOTALL)[0]
+    rows = re.findall(r"<tr>(.*?)</tr>", table.replace(SPACE, " "), re.DOTALL)[1:]
+    return [
+        ["".join(parsed(cell).data) for cell in re.split(r"(?=<t[hd])", row)[1:]] for row in rows
+    ]
+
+
+def shown(condition):
+    return condition_name(Condition[condition.upper()])
+
+
+def test_counts_of_alarms_and_the_time_in_each_are_those_of_the_summary(page, results):
+    summary = json.loads((results / "summary.json").read_text())
+    rows = rows_of(page, "Alarms by condition")
+    told = {name: (int(times), inall) for name, _, times, inall, _ in rows}
+    counts = Counter(shown(event["condition"]) for event in summary["alarms"])
+    spent = {shown(name): time for name, time in summary["time_in_alarm"].items()}
+    assert {name: times for name, (times, _) in told.items()} == counts
+    assert {name: float(text.removesuffix(" s")) for name, (_, text) in told.items()} == (
+        pytest.approx(spent, abs=0.01)
+    )
+    times = ", ".join(f"{kind} {duration(s)}" for kind, s in summary["time_in_severity"].items())
+    assert f"Time in each severity: {times}." in page
+
+
+def test_each_sensor_has_its_fit_among_the_data_quality(page):
+    rows = rows_of(page, "Fit by sensor")
+    assert [row[0] for row in rows] == [
+        "driver speed",
+        "driven speed",
+        "driver torque",
+        "driven torque",
+        "positions",
+    ]
+    verdicts = ("consistent", "overconfident", "underconfident")
+    assert all(row[1].startswith(verdicts) for row in rows)
+    assert page.index("Data quality</h2>") < page.index("Fit by sensor</caption>")
+
+
+def test_older_results_that_tell_less_have_a_page_too(changed, tmp_path):
+    def older(summary):
+        for name in ("alarms", "time_in_alarm", "time_in_severity"):
+            del summary[name]
+
+    copy = changed(older)
+    write_report(copy, tmp_path / "with_bag.html")
+    page = (tmp_path / "with_bag.html").read_text()
+    assert [row[0] for row in rows_of(page, "Alarms by condition")]
+    assert "Time in each severity" not in page
+    shutil.rmtree(copy / "estimates")
+    write_report(copy, tmp_path / "without.html")
+    page = (tmp_path / "without.html").read_text()
+    assert "Alarms by condition" not in page
+    assert "Fit by sensor" not in page
+
+
 def test_the_page_names_nothing_that_it_would_have_to_load(page):
     found = parsed(page)
     loading = {"src", "href", "srcset", "action", "data"}
@@ -72,17 +133,28 @@ def test_the_page_names_nothing_that_it_would_have_to_load(page):
     assert "default-src 'none'" in " ".join(value or "" for _, value in found.attributes)
 
 
+def test_alarms_are_told_of_without_the_bag_too(changed, tmp_path):
+    copy = changed(lambda summary: None)
+    shutil.rmtree(copy / "estimates")
+    write_report(copy, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert "gross slip" in [row[0] for row in rows_of(page, "Alarms by condition")]
+    assert "There was none." not in page
+
+
 def test_nothing_that_a_file_contains_becomes_markup(changed, tmp_path):
     def poison(summary):
         for name in ("drive", "bag", "topic", "note"):
             summary[name] = EVIL
         summary["versions"] = {EVIL: EVIL}
         summary["rejected"] = {EVIL: 3}
+        summary["alarms"][0] |= {"condition": EVIL, "severity": EVIL}
+        summary["time_in_severity"] = {EVIL: 1.0}
 
     out = tmp_path / "report.html"
     write_report(changed(poison), out)
     found = parsed(out.read_text(encoding="utf-8"))
-    assert found.tags.count("script") == 3
+    assert found.tags.count("script") == 2
     assert "img" not in found.tags
     assert not [name for name, _ in found.attributes if name.startswith("on")]
     assert "alert(1)" in " ".join(found.data)
@@ -95,7 +167,7 @@ def test_every_text_is_escaped_on_its_way_into_markup():
 
 
 def test_only_scripts_of_the_package_may_run():
-    page = document("t", Html(""), "{}", ("report.css",), ("report.js",))
+    page = document("t", Html(""), "{}", ["report.css"], ["numbers.js", "zoom.js"])
     policy = next(value for _, value in parsed(page).attributes if "script-src" in (value or ""))
     assert re.search(r"script-src 'sha256-[\w+/]{43}='; img-src", policy)
     assert "unsafe" not in policy

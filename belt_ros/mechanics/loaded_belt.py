@@ -33,7 +33,7 @@ _SOLVE_STEPS = 100
 NEAREST_TO_CAPACITY = 1e-12
 # Of a step in the traction between fixed centres, relative; its error is that of the slope.
 _NEAR_ENOUGH = 1e-8
-_SECANT_ENOUGH = 1e-6
+_SECANT_ENOUGH = 1e-7
 
 
 class MountedBelt(NamedTuple):

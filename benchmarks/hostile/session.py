@@ -31,6 +31,7 @@ from benchmarks.hostile.drives import retuned
 from benchmarks.hostile.spoiling import SPECIAL
 
 _members = attrgetter("_monitor._filter.members")  # how many are alive is nobody else's business
+_AHEAD_NS = 2_000_000_000  # more than any pool spans
 _YEAR = 365.25 * 86400.0
 serialize_message(BeltState())  # what this imports warns, which within a block would count
 
@@ -248,6 +249,6 @@ class Session:
         self._count()
         last_ns = self._ledger.last_ns
         if self.waiting > 0 and last_ns is not None:
-            self.settled = True  # by a stamp that stands still, which ends the pool
-            self._take(Measurement(last_ns, 1.0, 1.0), "", last_ns)
+            self.settled = True  # by a stamp far ahead, which ends the pool
+            self._take(Measurement(last_ns + _AHEAD_NS, 1.0, 1.0), "", last_ns)
         self._count()

@@ -144,7 +144,7 @@ if __name__ == "__main__":
 
 
 def test_an_interrupted_fleet_leaves_what_is_finished(tmp_path):
-    make_bags(tmp_path / "bags", 40, samples=10)
+    make_bags(tmp_path / "bags", 40, samples=300)
     out = tmp_path / "out"
     script = tmp_path / "script.py"
     script.write_text(SCRIPT)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from belt_ros.mechanics import (
@@ -367,7 +367,19 @@ def test_linear_and_exact_kinematics_differ_by_the_strain_of_the_slack_span() ->
 # --- Slip against torque ---------------------------------------------------------------------
 
 
+def between_fixed_centres(driven: Pulley, driver: Pulley) -> tuple[BeltDrive, float, float]:
+    """A drive stretched by 2 %, its held tension and speed."""
+    fixed = {"kinematics": Kinematics.EXACT, "tensioning": Tensioning.FIXED_CENTRES}
+    return BeltDrive(Belt(8103.0), driven, driver, span_length=0.5, **fixed), 148.4, 1.0
+
+
 @given(drives(), st.floats(-0.9999, 0.9999))
+@example(
+    between_fixed_centres(Pulley(0.05, 1.125, 1.0, 3.27e6), Pulley(0.082, 2.5, 0.5, 1.2e6)), 0.996
+)
+@example(
+    between_fixed_centres(Pulley(0.368, 1.0, 1.0, 6e4), Pulley(0.135, 1.0, 2.0, 4.42e5)), 0.9999
+)
 @settings(REPEATABLE, max_examples=400)
 def test_slip_to_torque_to_slip_returns_the_slip(
     given_drive: tuple[BeltDrive, float, float], load: float

@@ -23,7 +23,7 @@ from belt_ros.replay.drives import load_drives
 
 
 def records(out):
-    records = (out / "bags").glob("*/record.json")
+    records = (out / "bags").glob("[!.]*/record.json")  # not those that are being written
     return {path.parent.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in records}
 
 
@@ -136,9 +136,11 @@ def test_killed_workers_and_damaged_bags_cost_nothing_else(tmp_path):
 
 
 SCRIPT = """
+import signal
 import sys
 from belt_ros.fleet import run_fleet
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background
     run_fleet([sys.argv[1]], sys.argv[2], sys.argv[3], workers=1, smooth=False)
 """
 

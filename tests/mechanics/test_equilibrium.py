@@ -392,7 +392,11 @@ def test_slip_to_torque_to_slip_returns_the_slip(
     again = float(torque_from_slip(drive, slip, held, speed))
     assert again == pytest.approx(torque, rel=0, abs=1e-11 * capacity)
     back = float(solve_equilibrium(drive, again, held, speed).slip)
-    assert back == pytest.approx(slip, rel=1e-9, abs=1e-15)
+    # Between fixed centres the tension is a small difference of lengths. What rounding leaves of
+    # its digits, slip shows the more the steeper it is.
+    digits = 1e-15 * drive.belt.axial_stiffness / held
+    steepness = abs(slip - slip_at(drive, torque * (1.0 - 1e-6), held, speed)) / 1e-6
+    assert back == pytest.approx(slip, rel=1e-9, abs=1e-15 + digits * steepness)
 
 
 @pytest.mark.parametrize("load", [-0.9, -0.5, 0.1, 0.3, 0.5, 0.9])

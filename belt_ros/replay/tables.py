@@ -4,6 +4,7 @@ One holds the filter's state at every estimate, the other what is known with hin
 """
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -88,7 +89,7 @@ def smoothed_schema(drive_name: str, fields: Sequence[str]) -> pa.Schema:
     return pa.schema(columns, metadata={"drive_name": drive_name})
 
 
-class _Table(Generic[_Row]):
+class _Table(ABC, Generic[_Row]):
     """A growing Parquet file."""
 
     def __init__(self, path: Path, schema: pa.Schema) -> None:
@@ -101,9 +102,9 @@ class _Table(Generic[_Row]):
         if len(self._rows) >= _ROW_GROUP:
             self._flush()
 
+    @abstractmethod
     def _columns(self) -> Iterable[Any]:
         """Return the columns of all rows that are pending."""
-        raise NotImplementedError
 
     def _flush(self) -> None:
         columns = [

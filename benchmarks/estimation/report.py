@@ -5,8 +5,8 @@ import platform
 from collections.abc import Sequence
 from datetime import datetime, timezone
 from importlib.metadata import version
+from typing import Protocol
 
-from benchmarks.estimation.campaign import Keyed
 from benchmarks.estimation.judged import INTERVALS, Row
 from benchmarks.estimation.statistics import Held, by_case, held
 
@@ -18,15 +18,28 @@ def label(quantity: str) -> str:
     return _LABELS.get(quantity, quantity)
 
 
-def made_with(command: str, rows: Sequence[Keyed], package: str = "estimation") -> str:
-    """Return date, versions, machine class and the code that was judged."""
-    packages = ", ".join(f"{name} {version(name)}" for name in ("numpy", "numba", "filterpy"))
+class _Measured(Protocol):
+    """A row that says of which code it is."""
+
+    @property
+    def sources(self) -> str:
+        """Digest of the code."""
+
+
+def made_with(
+    command: str,
+    rows: Sequence[_Measured],
+    package: str = "estimation",
+    libraries: Sequence[str] = ("numpy", "numba", "filterpy"),
+) -> str:
+    """Return date, versions, machine class and the code that was measured."""
+    packages = ", ".join(f"{name} {version(name)}" for name in libraries)
     sources = sorted({row.sources for row in rows})
     mixed = " **Rows of different code are mixed.**" if len(sources) > 1 else ""
     return (
         f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
         f"{os.cpu_count()} cores of {platform.machine()}; code {', '.join(sources)}.{mixed} "
-        f"`python -m benchmarks.{package} {command}`"
+        f"`{f'python -m benchmarks.{package} {command}'.rstrip()}`"
     )
 
 

@@ -1,19 +1,15 @@
 """The page of the fault suite."""
 
 import math
-import os
-import platform
 from collections.abc import Sequence
-from datetime import datetime, timezone
-from importlib.metadata import version
 
-from benchmarks.estimation.report import table, verdicts
+from benchmarks.estimation.report import made_with, table, verdicts
 from benchmarks.faults import belt, sensors
 from benchmarks.faults.judge import Verdict
 from benchmarks.faults.margins import ALLOWED, FALSE, HELD, LEVELS, Crossing, totals
 
 CASES = {case.name: case for case in (*belt.FAULTS, *belt.LOADS, *sensors.FAULTS)}
-_PACKAGES = ("numpy", "numba", "ros-rclpy", "ros-fastdds")
+_LIBRARIES = ("numpy", "numba", "ros-rclpy", "ros-fastdds")
 _REMARKS = {
     "tension_at_once": "The load stands still after the belt has been tensioned again, and the one "
     "value of slip tells little of the tension: whether the estimate comes back depends on the "
@@ -58,7 +54,7 @@ def page(rows: Sequence[Verdict], crossed: Sequence[Crossing]) -> str:
         "",
         *_by_run(crossed),
         "",
-        _made_with(rows),
+        made_with("", rows, "faults", _LIBRARIES),
     ]
     return "\n".join(parts) + "\n"
 
@@ -148,14 +144,3 @@ def _by_run(crossed: Sequence[Crossing]) -> list[str]:
         if row.crossings or row.false
     ]
     return table(head, lines, texts=2)
-
-
-def _made_with(rows: Sequence[Verdict]) -> str:
-    packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
-    sources = sorted({row.sources for row in rows})
-    mixed = " **Rows of different code are mixed.**" if len(sources) > 1 else ""
-    return (
-        f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
-        f"{os.cpu_count()} cores of {platform.machine()}; code {', '.join(sources)}.{mixed} "
-        "`python -m benchmarks.faults`"
-    )

@@ -1,18 +1,14 @@
 """Results in files: rows as CSV, of which the last of each case count, and a page of tables."""
 
-import os
-import platform
 from collections.abc import Callable, Sequence
-from datetime import datetime, timezone
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from benchmarks.estimation import store
-from benchmarks.estimation.report import table
+from benchmarks.estimation.report import made_with, table
 from benchmarks.estimation.store import Format
 
-_PACKAGES = ("numpy", "numba", "ros-rclpy", "ros-fastdds")
+_LIBRARIES = ("numpy", "numba", "ros-rclpy", "ros-fastdds")
 
 
 class Row(Protocol):
@@ -69,17 +65,5 @@ def page(part: Part, rows: list[Any]) -> str:
     """Return the page of one sub-command."""
     head, lines = part.lines(rows)
     parts = [f"# {part.title}", "", part.about, "", *part.verdicts(rows), ""]
-    parts += [*table(head, lines, part.texts), "", _made_with(part.name, rows)]
+    parts += [*table(head, lines, part.texts), "", made_with(part.name, rows, "graph", _LIBRARIES)]
     return "\n".join(parts) + "\n"
-
-
-def _made_with(command: str, rows: Sequence[Row]) -> str:
-    """Return date, versions, machine class and the code that was measured."""
-    packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
-    sources = sorted({row.sources for row in rows})
-    mixed = " **Rows of different code are mixed.**" if len(sources) > 1 else ""
-    return (
-        f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
-        f"{os.cpu_count()} cores of {platform.machine()}; code {', '.join(sources)}.{mixed} "
-        f"`python -m benchmarks.graph {command}`"
-    )

@@ -1,12 +1,8 @@
 """The figures of replaying as a page: what was to be reached, and where the time goes."""
 
-import os
-import platform
 from collections.abc import Sequence
-from datetime import datetime, timezone
-from importlib.metadata import version
 
-from benchmarks.estimation.report import table, verdicts
+from benchmarks.estimation.report import made_with, table, verdicts
 from benchmarks.replay import measure
 from benchmarks.replay.measure import Figure
 
@@ -14,7 +10,7 @@ FASTEST = 10_000.0  # samples a second
 TWO_CORES = 1.8  # times as fast as one
 FLAT = 1.1  # times the memory of a bag ten times shorter
 _MICROSECONDS = 1e6
-_PACKAGES = ("numpy", "numba", "filterpy", "rosbags", "pyarrow")
+_LIBRARIES = ("numpy", "numba", "filterpy", "rosbags", "pyarrow")
 _Cases = dict[str, dict[str, float]]
 
 
@@ -36,7 +32,7 @@ def page(rows: Sequence[Figure]) -> str:
         "",
         *_others(cases),
         "",
-        _made_with(rows),
+        made_with("", rows, "replay", _LIBRARIES),
     ]
     return "\n".join(parts) + "\n"
 
@@ -92,15 +88,3 @@ def _others(cases: _Cases) -> list[str]:
     found = [(case, took) for case, took in cases.items() if not case.endswith("[us/sample]")]
     lines = [[case, what, f"{value:.1f}"] for case, took in found for what, value in took.items()]
     return table(["case", "what", "measured"], lines, texts=2) if lines else []
-
-
-def _made_with(rows: Sequence[Figure]) -> str:
-    """Return date, versions, machine class and the code that was measured."""
-    packages = ", ".join(f"{name} {version(name)}" for name in _PACKAGES)
-    sources = sorted({row.sources for row in rows})
-    mixed = " **Rows of different code are mixed.**" if len(sources) > 1 else ""
-    return (
-        f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
-        f"{os.cpu_count()} cores of {platform.machine()}; code {', '.join(sources)}.{mixed} "
-        "`python -m benchmarks.replay`"
-    )

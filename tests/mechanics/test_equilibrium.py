@@ -392,11 +392,13 @@ def test_slip_to_torque_to_slip_returns_the_slip(
     again = float(torque_from_slip(drive, slip, held, speed))
     assert again == pytest.approx(torque, rel=0, abs=1e-11 * capacity)
     back = float(solve_equilibrium(drive, again, held, speed).slip)
-    # Between fixed centres the tension is a small difference of lengths. What rounding leaves of
-    # its digits, slip shows the more the steeper it is.
-    digits = 1e-15 * drive.belt.axial_stiffness / held
-    steepness = abs(slip - slip_at(drive, torque * (1.0 - 1e-6), held, speed)) / 1e-6
-    assert back == pytest.approx(slip, rel=1e-9, abs=1e-15 + digits * steepness)
+    lost = 0.0
+    if (drive.tensioning, drive.kinematics) == (Tensioning.FIXED_CENTRES, Kinematics.EXACT):
+        # The tension is a small difference of lengths. The digits that rounding takes of it show in
+        # slip the more, the steeper it is.
+        steepness = abs(slip - slip_at(drive, torque * (1.0 - 1e-6), held, speed)) / 1e-6
+        lost = 5e-16 * drive.belt.axial_stiffness / held * steepness
+    assert back == pytest.approx(slip, rel=1e-9, abs=1e-15 + lost)
 
 
 @pytest.mark.parametrize("load", [-0.9, -0.5, 0.1, 0.3, 0.5, 0.9])

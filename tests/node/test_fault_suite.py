@@ -51,13 +51,8 @@ CASES = (
     ),
 )
 BY_NAME = {case.name: case for case in CASES}
-# Each plays at real speed; the last two are left to `make test-all`.
-NAMES = [
-    "overload",
-    "wrong_sign",
-    pytest.param("dropout", marks=pytest.mark.long),
-    pytest.param("spike", marks=pytest.mark.long),
-]
+# Each plays at real speed, once: all that is asked of it is asked by one worker.
+NAMES = [pytest.param(name, marks=pytest.mark.xdist_group(f"fault {name}")) for name in BY_NAME]
 
 
 @cache

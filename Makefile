@@ -4,9 +4,8 @@ PYTHON ?= python3
 VENV := .venv/bin
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all lint figures bench bench-mechanics bench-coverage bench-estimation \
-	bench-alarms bench-graph bench-replay bench-hostile \
-	bench-faults clean distclean
+.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation \
+	bench-alarms bench-graph bench-replay bench-hostile bench-faults clean distclean
 
 help:  ## list these targets
 	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-18s%s\n", $$1, $$2 }' Makefile
@@ -20,10 +19,7 @@ setup:  ## make .venv: ROS 2, belt_ros, its messages, its tools
 demo: setup  ## run the demonstration; BAG=<bag> CONFIG=<yaml> for your own data
 	@$(VENV)/belt demo $(if $(BAG),--bag "$(BAG)") $(if $(CONFIG),--config "$(CONFIG)")
 
-test: setup  ## run the tests; PYTEST_ARGS="-k alarm" for some of them
-	@$(VENV)/python -m pytest -n 2 --dist loadgroup -m "not long" $(PYTEST_ARGS)
-
-test-all: setup  ## run all tests, those too that play at real speed for long
+test: setup  ## run all tests; PYTEST_ARGS="-k alarm" for some of them
 	@$(VENV)/python -m pytest -n 2 --dist loadgroup $(PYTEST_ARGS)
 
 lint: setup  ## check style, types and the direction of imports

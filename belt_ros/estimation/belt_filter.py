@@ -17,8 +17,9 @@ from belt_ros.estimation.first_readings import FirstReadings
 from belt_ros.estimation.gaussian_sum import Component, narrowed, reduced
 from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.load_following import LoadFollowing
+from belt_ros.estimation.lull import Expected
 from belt_ros.estimation.measurement import Measurement, Sensor
-from belt_ros.estimation.modes import branched, due, few, parted
+from belt_ros.estimation.modes import UNLIKELY, branched, due, few, parted
 from belt_ros.estimation.population import Population
 from belt_ros.estimation.process import (
     CreepChange,
@@ -47,9 +48,12 @@ _FRICTION_WIDTH = 0.1  # of a member in ln mu, once that has become uncertain ..
 _CHANGING_WIDER = 2.0  # ... and so many times that while it is blurred by a change of traction ...
 _MOST_BY_FRICTION = 40  # ... while there are no more members than this
 MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
-_REDUCE_EVERY = 10  # updates
+_REDUCE_EVERY = 10  # updates ...
+_REDUCE_AFTER = 0.2  # ... or so much time [s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
 _CONTRADICTION = 50.0  # squared innovation of the travel above which positions are left out
+_CALM = 0.02  # activity of the load below which it stays as it is
+SENSED = [Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE]
 _TURN = 2.0 * math.pi
 _SECONDS = 1e-9
 
@@ -103,7 +107,9 @@ class BeltFilter:
         self.surprises = np.zeros(0)
         self.seen = np.zeros(0, dtype=np.int64)
         self._updates = 0
-        self._since_branch = 0.0
+        self._since_reduced = 0.0  # [s]
+        self._since_branch = 0.0  # [s]
+        self._activity = 1.0
 
     def retune(self, noise: SensorNoise, drift: Drift) -> None:
         """Go on with other noise and drift."""
@@ -127,6 +133,20 @@ class BeltFilter:
         """Number of Gaussians alive."""
         return len(self._population)
 
+    @property
+    def calm(self) -> bool:
+        """Whether the load stays as it is, and so does traction, as far as can be told."""
+        return self._activity < _CALM and self._population.changing <= UNLIKELY
+
+    @property
+    def expected(self) -> Expected:
+        """What speeds and torques are expected to be next, if nothing happens."""
+        population = self._population
+        return Expected(
+            tuple(population.mean[SENSED].tolist()),
+            tuple(population.covariance[SENSED, SENSED].tolist()),
+        )
+
     def start(self, measurement: Measurement, belief: list[Component] | None = None) -> bool:
         """Begin at the speeds and torques of `measurement`.
 
@@ -143,7 +163,8 @@ class BeltFilter:
             return False
         whole = Component(0.0, self.prior_mean.copy(), np.diag(self.prior_stddev**2))
         self._cut()
-        self._updates, self._since_branch = 0, 0.0
+        self._updates, self._since_reduced, self._since_branch = 0, 0.0, 0.0
+        self._activity = 1.0
         self._begin_motion(first, self._narrowed(belief or [whole]))
         if self._recent.recorder is not None:
             self._recent.recorder.start(first.stamp_ns)
@@ -258,6 +279,7 @@ class BeltFilter:
         sensed = self._sensing.sense(measurement, dt)
         speed = float(self.x[Index.DRIVER_SPEED])
         activity = self._load.follow(sensed, speed, self._wander, dt)
+        self._activity = float(np.max(activity))
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)
         step = self._stepping.step(measurement.stamp_ns, dt, sensed, undeveloped, activity)
@@ -277,6 +299,7 @@ class BeltFilter:
         self._sensed = sensed
         self.stamp_ns = measurement.stamp_ns
         self._since_branch += dt
+        self._since_reduced += dt
         return float(np.min(self._population.squared)) / max(len(sensed.z), 1)
 
     def _travel_contradicts(self) -> bool:
@@ -309,8 +332,9 @@ class BeltFilter:
         self._stepping.take_in(self._sensed)
         self._recent.take_in()
         self._updates += 1
-        if self._updates % _REDUCE_EVERY == 0:
+        if self._updates >= _REDUCE_EVERY or self._since_reduced >= _REDUCE_AFTER:
             self._reduce()
+            self._updates, self._since_reduced = 0, 0.0
         self._population.summarise()
         return squared, len(self._sensed.z)
 

@@ -71,6 +71,8 @@ class Measurement:
         the time pooled, in the order of `Sensor`; empty: none.
     pooled : int
         How many measurements this one stands for, see `pooling`.
+    lull : bool
+        Whether it is the mean of a while in which nothing happened, see `lull`.
     """
 
     stamp_ns: int
@@ -86,6 +88,7 @@ class Measurement:
     samples: tuple[float, ...] = field(default=(), kw_only=True)
     bending: tuple[float, ...] = field(default=(), kw_only=True)
     pooled: int = field(default=1, kw_only=True)
+    lull: bool = field(default=False, kw_only=True)
 
     @property
     def speeds(self) -> tuple[float, float]:

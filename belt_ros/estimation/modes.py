@@ -14,7 +14,7 @@ from belt_ros.estimation.gaussian_sum import Component, normalised
 
 _BRANCH_EVERY = 1.0  # [s]
 _BRANCHES = 6  # members, at most, in which a mode changes into the other
-_UNLIKELY = 0.02  # weight of a mode, below which it is held by no more members than that
+UNLIKELY = 0.02  # weight of a mode, below which it is held by no more members than that
 _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 
 
@@ -32,9 +32,9 @@ def parted(components: list[Component]) -> tuple[list[Component], list[Component
     weights = normalised(np.array([component.log_weight for component in components]))
     changing = np.array([component.changing for component in components])
     share = float(np.sum(weights[changing]))
-    if _UNLIKELY <= share <= 1.0 - _UNLIKELY:
+    if UNLIKELY <= share <= 1.0 - UNLIKELY:
         return components, []
-    unlikely = share < _UNLIKELY
+    unlikely = share < UNLIKELY
     return (
         [component for component in components if component.changing is not unlikely],
         [component for component in components if component.changing is unlikely],

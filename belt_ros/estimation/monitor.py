@@ -21,6 +21,7 @@ from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
 from belt_ros.estimation.description import View, described, phase_of
 from belt_ros.estimation.estimate import (
+    UNKNOWN,
     BeltEstimate,
     Health,
     Knowledge,
@@ -31,6 +32,7 @@ from belt_ros.estimation.estimate import (
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
 from belt_ros.estimation.lost_travel import LostTravel
+from belt_ros.estimation.lull import Lull
 from belt_ros.estimation.maintenance import Maintenance, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.memory import Learned, learned_from, restore
@@ -106,11 +108,13 @@ class BeltMonitor:
         self._estimate: BeltEstimate | None = None
         self._gated = 0
         self._pool = Pool(self.limits.pool_period, self._turns)
+        self._lull = Lull(self._turns, self._noise.noise_rows())
         self._jumps = TimeJumps()
         self._lost_travel = LostTravel()
         self._credence.begin()
         self._record.begin()
         self._capacity: Capacity | None = None
+        self._slip_speed = UNKNOWN
 
     @property
     def estimate(self) -> BeltEstimate | None:
@@ -173,6 +177,7 @@ class BeltMonitor:
         if not self._calibration.running:
             self._calibration = Calibration(self._drive, noise)
         self._pool.retune(limits.pool_period)
+        self._lull.retune(noise.noise_rows())
         self.limits = limits
         self.alarm.retune(alarm, limits)
 
@@ -226,6 +231,7 @@ class BeltMonitor:
 
     def finish(self) -> None:
         """Tell the smoother that no more measurements come."""
+        self._end_lull()
         self._filter.finish()
 
     def acknowledge(self, condition: Condition | None = None) -> AlarmStatus | None:
@@ -269,8 +275,9 @@ class BeltMonitor:
             if reason is not Rejection.NONE:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
-        self._estimate = estimate = self._describe(measurement.stamp_ns)
-        self._credence.keep(measurement.stamp_ns, estimate.lost_traction)
+        stamp_ns = measurement.stamp_ns
+        self._estimate = estimate = self._held(stamp_ns) or self._describe(stamp_ns)
+        self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
             self._credence.adopt(with_ratio_bias(self._credence.known or [], calibrated.ratio_bias))
@@ -280,20 +287,38 @@ class BeltMonitor:
         return MonitorOutput(Rejection.NONE, estimate, alarm, calibrated, fresh=True)
 
     def _advance(self, measurement: Measurement) -> Rejection:
-        """Move the filter to `measurement` and take it in, if its stamp and value allow."""
-        assert self._filter.stamp_ns is not None
-        dt = (measurement.stamp_ns - self._filter.stamp_ns) * _SECONDS
+        """Take `measurement` in, or let it wait for others, if its stamp and value allow."""
+        assert self._estimate is not None
+        dt = (measurement.stamp_ns - self._estimate.stamp_ns) * _SECONDS
         if abs(dt) > self.limits.greatest_gap:
+            self._end_lull()
             return self._jump(measurement, forward=dt > 0.0)
         self._jumps.forget()
         if dt <= 0.0:
             return Rejection.OUT_OF_ORDER
+        reason = Rejection.NONE
+        for each in self._lull.take(measurement):
+            reason = self._move(each)
+        return reason
+
+    def _end_lull(self) -> None:
+        """Take in what waits."""
+        for each in self._lull.end():
+            self._move(each)
+
+    def _move(self, measurement: Measurement) -> Rejection:
+        """Move the filter to `measurement` and take it in, if its values allow."""
+        assert self._filter.stamp_ns is not None
+        dt = (measurement.stamp_ns - self._filter.stamp_ns) * _SECONDS
         try:
-            return self._take_in(measurement, dt)
+            reason = self._take_in(measurement, dt)
         except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
             self.start_anew()
             started = self._filter.start(measurement)
             return Rejection.NONE if started else Rejection.INCOMPLETE
+        fits = reason is Rejection.NONE and not self._credence.doubted
+        self._lull.expect(self._filter.expected, dt, calm=fits and self._filter.calm)
+        return reason
 
     def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
         """Move the filter by `dt` [s] and take the measurement in, unless it is impossible."""
@@ -333,10 +358,11 @@ class BeltMonitor:
         view = self._credence.view(self.limits.standstill_speed)
         description = described(view)
         phase = phase_of(description, self._drive, self.limits.standstill_speed)
+        self._slip_speed = view.readings.quantity(Reading.SLIP_SPEED)
         return BeltEstimate(
             stamp_ns=stamp_ns,
             phase=Phase.LOST if self._credence.doubted else phase,
-            accumulated_slip=self._accumulate(stamp_ns, view.readings.quantity(Reading.SLIP_SPEED)),
+            accumulated_slip=self._accumulate(stamp_ns, self._slip_speed),
             tension_knowledge=self._knowledge(view, Index.LOG_TENSION),
             friction_stiffness_knowledge=self._knowledge(view, Index.LOG_STIFFNESS),
             friction_coefficient_knowledge=self._knowledge(view, Index.LOG_FRICTION),
@@ -344,6 +370,17 @@ class BeltMonitor:
             reserve=self._reserve(view),
             lost_traction=self._credence.lost_traction(),
             **description,
+        )
+
+    def _held(self, stamp_ns: int) -> BeltEstimate | None:
+        """Return what was known before, as of `stamp_ns`, while measurements wait; else None."""
+        if self._estimate is None or not self._lull.waits:
+            return None
+        return replace(
+            self._estimate,
+            stamp_ns=stamp_ns,
+            accumulated_slip=self._accumulate(stamp_ns, self._slip_speed),
+            health=self._record.brief,
         )
 
     def _reserve(self, view: View) -> Reserve:

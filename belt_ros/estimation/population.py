@@ -56,6 +56,11 @@ class Population:
         return len(self._bank)
 
     @property
+    def changing(self) -> float:
+        """Weight of the members in which traction is changing."""
+        return float(self.weights @ self._changing)
+
+    @property
     def means(self) -> _Floats:
         """Of the members (k, 12)."""
         return self._bank.x

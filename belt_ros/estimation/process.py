@@ -30,6 +30,7 @@ _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
+LOG_TENSION, LOG_FRICTION = int(Index.LOG_TENSION), int(Index.LOG_FRICTION)
 STANDING = 1e-3  # wear of a belt that stands, relative to one that runs
 _RUNNING_ON = 10.0  # [s] of a pause for which the drive is taken to have run on
 _WORN = [Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION]
@@ -177,6 +178,7 @@ def drift_processes(
     activity: _Floats,
     undeveloped: CreepChange,
     dt: float,
+    longest_change: float = math.inf,
 ) -> tuple[Process, Process]:
     """Return what `dt` [s] adds to the law of motion: traction is settled, it is changing.
 
@@ -190,9 +192,14 @@ def drift_processes(
     undeveloped : CreepChange
         From `UndevelopedCreep.advance`.
     dt : float
+    longest_change : float
+        For how much of `dt` traction may change as fast as it does while it is changing [s].
     """
     renewed, deviation, changed = undeveloped
     forgotten = wander.forgetting * dt
+    if longest_change < dt:
+        for state in (LOG_TENSION, LOG_FRICTION):
+            forgotten[1, state] *= longest_change / dt
     forgotten[:, CREEP_ERROR] += changed / wander.creep_error_load
     memory = np.exp(-forgotten)
     variance = -np.expm1(-2.0 * forgotten) * wander.spread**2

@@ -26,8 +26,10 @@ _PLACES = np.array(
 )
 _TRAVEL = 4  # place in `_PLACES`, and that of the driver's position among the sensors
 _POSITIONS = slice(Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION + 1)
+_AVERAGED = Sensor.DRIVER_POSITION  # sensors before this one: the error of a mean is less
 _LOADS = slice(Sensor.DRIVER_HUB_LOAD, Sensor.SPAN_TENSION + 1)
-# Load cells err in gain and zero rather than from sample to sample, so not every sample counts.
+# Load cells err in gain and zero rather than from sample to sample, so not every sample counts,
+# and a mean is no better than one.
 _BETWEEN_LOADS = 1.0  # [s]
 NO_LOADS = np.full(3, math.nan)
 
@@ -42,6 +44,7 @@ class Sensed(NamedTuple):
     places: NDArray[np.int64]  # (m,) in the state
     loads: _Floats  # (3,) hub loads and span tension, NaN where none is to be taken in [N]
     load_variances: _Floats  # (3,)
+    lull: bool = False  # see `Measurement`
 
     def part(self, begin: int, end: int | None) -> "Sensed":
         """Return this with only some of the readings of states."""
@@ -112,7 +115,7 @@ class Sensing:
         values = measurement.values()
         variances = sensor_variances(values, self._noise)
         if measurement.samples:
-            variances /= measurement.samples
+            variances[:_AVERAGED] /= measurement.samples[:_AVERAGED]
         variances[_POSITIONS] = self._noise[1, _POSITIONS]  # also of one that came a little before
         if measurement.bending:
             variances += measurement.bending
@@ -128,4 +131,5 @@ class Sensing:
             *_there(self._constants, values, variances, travel),
             loads,
             variances[_LOADS],
+            measurement.lull,
         )

@@ -110,14 +110,17 @@ def test_all_load_sensors_together_agree(settings: DriveSettings) -> None:
 
 @pytest.mark.parametrize("gain", [0.99, 1.01])
 def test_a_load_cells_gain_error_does_not_average_out(settings: DriveSettings, gain: float) -> None:
-    """What the sensor is stated to be uncertain by is all gain; it is not claimed to go away."""
+    """What the sensor is stated to be uncertain by is all gain; it is not claimed to go away.
+
+    Between readings, a second apart, the tension may change; so a while of them is judged.
+    """
     sensor = only("driver_hub_load", gain=gain)
     runs = drawn(settings, sensor, range(1), duration=60.0, sensors__load_relative=0.0)
     for run in runs:
-        estimate, truth = run.outputs[-1].estimate, run.truths[-1]
-        tension = estimate.mean_tension
-        assert 0.007 < tension.stddev / tension.value < 0.011
-        assert abs(tension.value - truth.mean_tension) < 2.5 * tension.stddev
+        tensions = [output.estimate.mean_tension for output in run.outputs[-500:]]
+        assert 0.007 < np.median([t.stddev / t.value for t in tensions]) < 0.013
+        for tension, truth in zip(tensions, run.truths[-500:], strict=True):
+            assert abs(tension.value - truth.mean_tension) < 2.5 * tension.stddev
 
 
 def test_a_sensor_that_comes_late_is_believed_from_then_on(settings: DriveSettings) -> None:

@@ -50,8 +50,9 @@ def test_rows_are_in_the_order_of_time_and_every_half_second(smoothed):
     filtered = columns(smoothed[0], "estimates.parquet")["stamp_ns"]
     assert stamps == sorted(stamps)
     assert (stamps[0], stamps[-1]) == (filtered[0], filtered[-1])
-    assert set(stamps) <= set(filtered)
-    assert np.max(np.diff(stamps)) <= 500_000_000
+    apart = np.abs(np.subtract.outer(np.array(stamps), np.array(filtered)))
+    assert np.max(np.min(apart, axis=1)) <= 10_000_000  # between two samples in a lull
+    assert np.max(np.diff(np.array(stamps) // 500_000_000)) <= 1  # one in each half second
 
 
 def test_every_number_is_sound(smoothed):

@@ -125,6 +125,8 @@ class SlipAlarm:
         estimate: BeltEstimate,
         measurement: Measurement | None = None,
         capacity: Capacity | None = None,
+        *,
+        recovers: bool = False,
     ) -> AlarmStatus | None:
         """Judge an estimate; return the status if anything changed, and the first time.
 
@@ -135,6 +137,9 @@ class SlipAlarm:
             The one that led to it; which quantities are there is judged by it.
         capacity : Capacity, optional
             Distribution of the torque at gross slip. Without it the margin is taken as normal.
+        recovers : bool
+            Whether an estimator that is lost seems to find its way again; from then on the
+            off-delay of that alarm counts.
         """
         dt = self._elapsed(estimate.stamp_ns)
         self._estimate = estimate
@@ -146,7 +151,7 @@ class SlipAlarm:
         resting = estimate.phase in RESTING
         self._moving = 0.0 if resting else self._moving + min(max(dt, 0.0), gap)
         self._judge_sensors(estimate.stamp_ns, silent=dt > gap, silence=dt)
-        self._judge_estimator(estimate)
+        self._judge_estimator(estimate, recovers=recovers)
         self._judge_belt(estimate, beyond, capacity, resting=resting)
         return self._news()
 
@@ -210,8 +215,9 @@ class SlipAlarm:
             stamp_ns, evidence, self._doubting, longest=self._gap
         )
 
-    def _judge_estimator(self, estimate: BeltEstimate) -> None:
-        evidence = (_either(met=estimate.phase is Phase.LOST),)
+    def _judge_estimator(self, estimate: BeltEstimate, *, recovers: bool) -> None:
+        found = recovers and self._lost.active
+        evidence = (_either(met=estimate.phase is Phase.LOST and not found),)
         self._changed |= self._lost.update(
             estimate.stamp_ns, evidence, self._straying, longest=self._gap
         )

@@ -52,6 +52,11 @@ class Credence:
         return self._misfit.lasts
 
     @property
+    def recovers(self) -> bool:
+        """Whether sensors that did not fit seem to do so again."""
+        return self._misfit.recovers
+
+    @property
     def known(self) -> list[Component] | None:
         """What is known, as a Gaussian sum over the state; None before anything is."""
         if not self._running:

@@ -35,6 +35,11 @@ class Misfit:
         self._quiet = self._quiet + min(dt, _STEP) if self._mean < _ENDS else 0.0
         self.lasts = self._quiet < _QUIET if self.lasts else self._mean > _BEGINS
 
+    @property
+    def recovers(self) -> bool:
+        """Whether sensors seem to fit again, though not yet for long enough to be sure."""
+        return self.lasts and self._quiet > 0.0
+
     def begin(self) -> None:
         """Note that sensors contradict all that is believed, beyond any mean."""
         self.lasts = True

@@ -281,7 +281,9 @@ class BeltMonitor:
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
             self._credence.adopt(with_ratio_bias(self._credence.known or [], calibrated.ratio_bias))
-        alarm = self.alarm.update(estimate, measurement, self._capacity)
+        alarm = self.alarm.update(
+            estimate, measurement, self._capacity, recovers=self._credence.recovers
+        )
         if self.alarm.watch.contrary:
             self._credence.contradict()
         return MonitorOutput(Rejection.NONE, estimate, alarm, calibrated, fresh=True)

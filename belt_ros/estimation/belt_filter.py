@@ -139,6 +139,11 @@ class BeltFilter:
         return self._activity < _CALM and self._population.changing <= UNLIKELY
 
     @property
+    def creep_wander(self) -> float:
+        """Wander of creep at a steady load, relative [1/sqrt(s)]."""
+        return self._wander.creep
+
+    @property
     def expected(self) -> Expected:
         """What speeds and torques are expected to be next, if nothing happens."""
         population = self._population

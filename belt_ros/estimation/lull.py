@@ -21,8 +21,8 @@ _Floats = NDArray[np.float64]
 _LONGEST = 0.1  # [s] that a measurement waits
 _MOST = 100  # measurements that wait
 _AHEAD = 1.5  # intervals, so that jitter decides nothing
-_CALM_BEFORE = 2.0  # [s] of calm before a lull ...
-_CALM_AGAIN = 0.5  # ... and before it goes on after a single reading that was off
+_CALM_BEFORE = 0.5  # [s] of calm before a lull ...
+_CALM_AGAIN = 0.2  # ... and before it goes on after a single reading that was off
 # Squared deviation, normalised, that is no noise: of one reading, and of the mean of all that wait.
 _OFF, _MEAN_OFF = 16.0, 9.0
 _READ = 4  # speeds and torques: the first sensors ...

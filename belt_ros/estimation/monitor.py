@@ -19,7 +19,7 @@ from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
 from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
 from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
-from belt_ros.estimation.description import View, described, phase_of
+from belt_ros.estimation.description import View, described, held, phase_of
 from belt_ros.estimation.estimate import (
     UNKNOWN,
     BeltEstimate,
@@ -114,6 +114,7 @@ class BeltMonitor:
         self._credence.begin()
         self._record.begin()
         self._capacity: Capacity | None = None
+        self._known: BeltEstimate | None = None  # when the filter was last moved
         self._slip_speed = UNKNOWN
 
     @property
@@ -230,8 +231,11 @@ class BeltMonitor:
         return smoother
 
     def finish(self) -> None:
-        """Tell the smoother that no more measurements come."""
-        self._end_lull()
+        """Take in what waits, and tell the smoother that no more measurements come."""
+        if self._lull.waits and self._estimate is not None:
+            self._end_lull()
+            self._known = self._describe(self._estimate.stamp_ns)
+            self._estimate = self._as_of(self._estimate.stamp_ns)
         self._filter.finish()
 
     def acknowledge(self, condition: Condition | None = None) -> AlarmStatus | None:
@@ -276,7 +280,9 @@ class BeltMonitor:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
         stamp_ns = measurement.stamp_ns
-        self._estimate = estimate = self._held(stamp_ns) or self._describe(stamp_ns)
+        if not self._lull.waits:
+            self._known = self._describe(stamp_ns)
+        self._estimate = estimate = self._as_of(stamp_ns)
         self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
@@ -310,16 +316,17 @@ class BeltMonitor:
 
     def _move(self, measurement: Measurement) -> Rejection:
         """Move the filter to `measurement` and take it in, if its values allow."""
-        assert self._filter.stamp_ns is not None
-        dt = (measurement.stamp_ns - self._filter.stamp_ns) * _SECONDS
+        f = self._filter
+        assert f.stamp_ns is not None
+        dt = (measurement.stamp_ns - f.stamp_ns) * _SECONDS
         try:
             reason = self._take_in(measurement, dt)
         except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
             self.start_anew()
-            started = self._filter.start(measurement)
+            started = f.start(measurement)
             return Rejection.NONE if started else Rejection.INCOMPLETE
         fits = reason is Rejection.NONE and not self._credence.doubted
-        self._lull.expect(self._filter.expected, dt, calm=fits and self._filter.calm)
+        self._lull.expect(f.expected, dt, calm=fits and f.calm)
         return reason
 
     def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
@@ -364,7 +371,7 @@ class BeltMonitor:
         return BeltEstimate(
             stamp_ns=stamp_ns,
             phase=Phase.LOST if self._credence.doubted else phase,
-            accumulated_slip=self._accumulate(stamp_ns, self._slip_speed),
+            accumulated_slip=self._lost_travel.total,
             tension_knowledge=self._knowledge(view, Index.LOG_TENSION),
             friction_stiffness_knowledge=self._knowledge(view, Index.LOG_STIFFNESS),
             friction_coefficient_knowledge=self._knowledge(view, Index.LOG_FRICTION),
@@ -374,14 +381,16 @@ class BeltMonitor:
             **description,
         )
 
-    def _held(self, stamp_ns: int) -> BeltEstimate | None:
-        """Return what was known before, as of `stamp_ns`, while measurements wait; else None."""
-        if self._estimate is None or not self._lull.waits:
-            return None
+    def _as_of(self, stamp_ns: int) -> BeltEstimate:
+        """Return what was known when the filter was last moved, as of `stamp_ns`."""
+        f = self._filter
+        assert self._known is not None, "something has been described"
+        assert f.stamp_ns is not None, "the filter has been started"
+        wander = f.creep_wander * math.sqrt(max(stamp_ns - f.stamp_ns, 0) * _SECONDS)
         return replace(
-            self._estimate,
+            held(self._known, wander),
             stamp_ns=stamp_ns,
-            accumulated_slip=self._accumulate(stamp_ns, self._slip_speed),
+            accumulated_slip=self._accumulate(stamp_ns),
             health=self._record.brief,
         )
 
@@ -391,12 +400,12 @@ class BeltMonitor:
         at_peak = capacity.gross_slip_probability_at(peak) if peak > 0.0 else 0.0
         return Reserve(capacity.torque, at_peak)
 
-    def _accumulate(self, stamp_ns: int, slip_speed: Quantity) -> Quantity:
-        """Add the travel lost since the last estimate [m], at a slip speed [m/s]."""
+    def _accumulate(self, stamp_ns: int) -> Quantity:
+        """Add the travel lost since the last estimate [m]."""
         if self._estimate is not None:
             dt = (stamp_ns - self._estimate.stamp_ns) * _SECONDS
             if 0.0 < dt <= self.limits.greatest_gap:
-                self._lost_travel.advance(slip_speed, dt)
+                self._lost_travel.advance(self._slip_speed, dt)
         return self._lost_travel.total
 
     def _knowledge(self, view: View, place: Index) -> Knowledge:

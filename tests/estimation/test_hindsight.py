@@ -76,8 +76,15 @@ def test_the_filter_is_the_same_to_the_last_bit_with_a_smoother_behind_it(
         assert_sound(estimate)
 
 
-def test_at_the_end_hindsight_is_the_filters_own_belief(seen) -> None:
-    last, filtered = seen[0][-1], seen[1][-1]
+def test_at_the_end_hindsight_is_the_filters_own_belief(
+    settings: DriveSettings, loaded, seen
+) -> None:
+    monitor = settings.monitor()
+    for measurement, _ in loaded:
+        monitor.step(measurement)
+    monitor.finish()  # takes in what waits
+    last, filtered = seen[0][-1], monitor.estimate
+    assert filtered is not None
     assert last.stamp_ns == filtered.stamp_ns
     for name in QUANTITIES:
         value, stddev = getattr(filtered, name)
@@ -98,8 +105,10 @@ def test_the_beginning_is_known_better_with_hindsight(seen, loaded) -> None:
 
 def test_there_is_a_moment_in_each_half_second_and_each_is_a_measurements(seen, loaded) -> None:
     stamps = np.array([estimate.stamp_ns for estimate in seen[0]])
-    assert np.max(np.diff(stamps)) <= 500_000_000
-    assert set(stamps.tolist()) <= {m.stamp_ns for m, _ in loaded}
+    assert np.max(np.diff(stamps // 500_000_000)) <= 1
+    measured = np.array([m.stamp_ns for m, _ in loaded])
+    apart = np.min(np.abs(np.subtract.outer(stamps, measured)), axis=1)
+    assert np.max(apart) <= (measured[1] - measured[0]) // 2  # or between two, in a lull
 
 
 def test_time_that_jumps_back_begins_a_life_of_its_own(

@@ -128,8 +128,6 @@ class BeliefReader:
 
 def held(estimate: BeltEstimate, wander: float) -> BeltEstimate:
     """Return an estimate some time later, by which creep may be another by `wander`, relative."""
-    if wander <= 0.0:
-        return estimate
     slip = estimate.slip
     wandered = wander * estimate.predicted_creep.value
     return replace(estimate, slip=Quantity(slip.value, math.hypot(slip.stddev, wandered)))

@@ -56,6 +56,8 @@ class Lull:
         self._expected: Expected | None = None
         self._calm = 0.0  # [s]
         self._since_off = 0.0  # [s] since a reading was off
+        self._off = [0.0] * _READ  # of those that wait, from what is expected, added up ...
+        self._samples = [0.0] * _READ  # ... and how many that were
         self.retune(noise)
 
     def retune(self, noise: _Floats) -> None:
@@ -67,13 +69,14 @@ class Lull:
         """Whether measurements wait."""
         return bool(self._waiting)
 
-    def expect(self, expected: Expected, dt: float, *, calm: bool) -> None:
-        """Hear what the filter expects after a step of `dt` [s], and whether all is calm."""
+    def expect(self, expected: Expected | None, dt: float) -> None:
+        """Hear what the filter expects after a step of `dt` [s]; None while it is not calm."""
         self._since_off += dt
-        self._calm = self._calm + dt if calm else 0.0
+        self._calm = 0.0 if expected is None else self._calm + dt
         self._expected = expected if self._calm >= _CALM_BEFORE else None
-        self._off = [0.0] * _READ
-        self._samples = [0.0] * _READ
+        if self._expected is not None:
+            self._off = [0.0] * _READ
+            self._samples = [0.0] * _READ
 
     def take(self, measurement: Measurement) -> tuple[Measurement, ...]:
         """Take in a measurement, later than those before; return what the filter is to take in.

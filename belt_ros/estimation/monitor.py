@@ -234,7 +234,6 @@ class BeltMonitor:
         """Take in what waits, and tell the smoother that no more measurements come."""
         if self._lull.waits and self._estimate is not None:
             self._end_lull()
-            self._known = self._describe(self._estimate.stamp_ns)
             self._estimate = self._as_of(self._estimate.stamp_ns)
         self._filter.finish()
 
@@ -280,8 +279,6 @@ class BeltMonitor:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
         stamp_ns = measurement.stamp_ns
-        if not self._lull.waits:
-            self._known = self._describe(stamp_ns)
         self._estimate = estimate = self._as_of(stamp_ns)
         self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
@@ -326,7 +323,7 @@ class BeltMonitor:
             started = f.start(measurement)
             return Rejection.NONE if started else Rejection.INCOMPLETE
         fits = reason is Rejection.NONE and not self._credence.doubted
-        self._lull.expect(f.expected, dt, calm=fits and f.calm)
+        self._lull.expect(f.expected if fits and f.calm else None, dt)
         return reason
 
     def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
@@ -371,7 +368,7 @@ class BeltMonitor:
         return BeltEstimate(
             stamp_ns=stamp_ns,
             phase=Phase.LOST if self._credence.doubted else phase,
-            accumulated_slip=self._lost_travel.total,
+            accumulated_slip=self._accumulate(stamp_ns),
             tension_knowledge=self._knowledge(view, Index.LOG_TENSION),
             friction_stiffness_knowledge=self._knowledge(view, Index.LOG_STIFFNESS),
             friction_coefficient_knowledge=self._knowledge(view, Index.LOG_FRICTION),
@@ -382,11 +379,14 @@ class BeltMonitor:
         )
 
     def _as_of(self, stamp_ns: int) -> BeltEstimate:
-        """Return what was known when the filter was last moved, as of `stamp_ns`."""
+        """Return what is known as of `stamp_ns`: while measurements wait, what was known before."""
         f = self._filter
-        assert self._known is not None, "something has been described"
         assert f.stamp_ns is not None, "the filter has been started"
-        wander = f.creep_wander * math.sqrt(max(stamp_ns - f.stamp_ns, 0) * _SECONDS)
+        age = max(stamp_ns - f.stamp_ns, 0) * _SECONDS
+        wander = f.creep_wander * math.sqrt(age)
+        if self._known is None or not self._lull.waits:
+            self._known = self._describe(stamp_ns)
+            return held(self._known, wander) if wander > 0.0 else self._known
         return replace(
             held(self._known, wander),
             stamp_ns=stamp_ns,

@@ -29,7 +29,7 @@ def lull(settings: DriveSettings) -> Lull:
     lull = Lull((TURN, TURN), settings.noise.noise_rows())
     lull.take(at(-INTERVAL))
     for _ in range(300):
-        lull.expect(EXPECTED, 0.01, calm=True)
+        lull.expect(EXPECTED, 0.01)
     return lull
 
 
@@ -89,18 +89,18 @@ def test_slow_input_does_not_wait(lull: Lull) -> None:
     for k in range(1, 5):
         measurement = at(100.0 * k)
         assert lull.take(measurement) == (measurement,)
-        lull.expect(EXPECTED, 0.1, calm=True)
+        lull.expect(EXPECTED, 0.1)
 
 
 def test_after_one_odd_reading_it_goes_on_soon_after_another_later(lull: Lull) -> None:
     def odd_then_calm(begin: float) -> int:
         lull.take(at(begin, driven_speed=90.0))
-        lull.expect(EXPECTED, 0.01, calm=True)
+        lull.expect(EXPECTED, 0.01)
         for k in range(1, 1000):
             taken = lull.take(at(begin + INTERVAL * k))
             if not taken:
                 return k
-            lull.expect(EXPECTED, 0.01, calm=True)
+            lull.expect(EXPECTED, 0.01)
         return 1000
 
     assert 10 <= odd_then_calm(0.0) <= 30
@@ -108,7 +108,7 @@ def test_after_one_odd_reading_it_goes_on_soon_after_another_later(lull: Lull) -
 
 
 def test_what_is_not_calm_is_no_lull(lull: Lull) -> None:
-    lull.expect(EXPECTED, 0.01, calm=False)
+    lull.expect(None, 0.01)
     for k in range(20):
         assert len(lull.take(at(INTERVAL * k))) == 1
 

@@ -106,7 +106,8 @@ CAMPAIGNS = (
         "The cost of a step",
         "Steps of the estimator and of stock filterpy's UnscentedKalmanFilter (Merwe's points, as "
         "many states, four measurements, an identity for a model) timed by turns in one process. "
-        "Settled: after 40 s with nine steps of the load. Whole bank alive: just started, idle.",
+        "Settled: after 40 s with nine steps of the load; most steps then only wait, and the mean "
+        "has in it what one in ten takes in. Whole bank alive: just started, idle.",
         5,
         cost.jobs,
         cost.FORM,

@@ -27,7 +27,7 @@ from benchmarks.estimation.store import Format, number
 
 SETTLED, ALIVE = "settled", "whole bank alive"
 LIMITS = {SETTLED: 1.0, ALIVE: 5.0}  # of a step over filterpy's
-STEP, FILTER = "BeltMonitor.step", "predict and update alone"
+STEP, FILTER = "BeltMonitor.step", "predict and update of every measurement"
 _STIFFNESS = 8.1e7  # [N/m2]
 _RATE = 100.0  # [Hz]
 _SETTLING = 40.0  # [s] of running until the drive counts as settled

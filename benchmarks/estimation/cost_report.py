@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from statistics import median
 
-from benchmarks.estimation.cost import LIMITS, METHODS, Cost
+from benchmarks.estimation.cost import ALIVE, LIMITS, METHODS, SETTLED, STEP, Cost
 from benchmarks.estimation.report import table, verdicts
 
 
@@ -36,18 +36,23 @@ def cost_sections(rows: list[Cost]) -> list[str]:
 def _verdicts(rows: list[Cost]) -> list[str]:
     lines = []
     for part, limit in LIMITS.items():
-        for method in METHODS:
-            drives = {
-                row.case: [r for r in rows if (r.method, r.case) == (method, row.case)]
-                for row in rows
-                if row.method == method and row.case.endswith(part)
-            }
-            if drives:
-                worst = max(map(_ratio, drives.values()))
-                target = f"{part}, {method}: at most {limit:g} times filterpy's step"
-                lines.append((target, f"{worst:.2f} on the costliest drive", worst <= limit))
+        for method in METHODS if part == ALIVE else (STEP,):
+            found = [row for row in rows if row.method == method and row.case.endswith(part)]
+            for what, ratio in (("median", _ratio), ("mean", _mean_ratio)):
+                if found and (part == SETTLED or ratio is _ratio):
+                    worst = max(ratio(group) for group in _by_case(found))
+                    target = f"{part}, {method}, {what}: at most {limit:g} times filterpy's step"
+                    lines.append((target, f"{worst:.2f} on the costliest drive", worst <= limit))
     return verdicts(lines)
+
+
+def _by_case(rows: list[Cost]) -> list[list[Cost]]:
+    return [[r for r in rows if r.case == case] for case in dict.fromkeys(r.case for r in rows)]
 
 
 def _ratio(group: Sequence[Cost]) -> float:
     return median(row.own / row.stock for row in group)
+
+
+def _mean_ratio(group: Sequence[Cost]) -> float:
+    return median(row.mean / row.stock for row in group)

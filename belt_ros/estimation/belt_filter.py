@@ -53,7 +53,7 @@ _REDUCE_AFTER = 0.2  # ... or so much time [s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
 _CONTRADICTION = 50.0  # squared innovation of the travel above which positions are left out
 _CALM = 0.02  # activity of the load below which it stays as it is
-SENSED = [Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE]
+_SENSED = [Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE]
 _TURN = 2.0 * math.pi
 _SECONDS = 1e-9
 
@@ -148,8 +148,8 @@ class BeltFilter:
         """What speeds and torques are expected to be next, if nothing happens."""
         population = self._population
         return Expected(
-            tuple(population.mean[SENSED].tolist()),
-            tuple(population.covariance[SENSED, SENSED].tolist()),
+            tuple(population.mean[_SENSED].tolist()),
+            tuple(population.covariance[_SENSED, _SENSED].tolist()),
         )
 
     def start(self, measurement: Measurement, belief: list[Component] | None = None) -> bool:

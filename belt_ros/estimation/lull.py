@@ -21,10 +21,13 @@ _Floats = NDArray[np.float64]
 _LONGEST = 0.1  # [s] that a measurement waits
 _MOST = 100  # measurements that wait
 _AHEAD = 1.5  # intervals, so that jitter decides nothing
-_CALM_BEFORE = 0.5  # [s] of calm before a lull ...
-_CALM_AGAIN = 0.2  # ... and before it goes on after a single reading that was off
+_CALM_BEFORE = 1.0  # [s] of calm before a lull ...
+_CALM_AGAIN = 0.3  # ... and before it goes on after a single reading that was off
 # Squared deviation, normalised, that is no noise: of one reading, and of the mean of all that wait.
 _OFF, _MEAN_OFF = 16.0, 9.0
+# [s] Traction that changes while nothing seems to happen does so slowly. Taken to change as fast as
+# it may, members in which it does would be too wide by the end of a lull to hear what it says.
+_UNNOTICED = 0.01
 _READ = 4  # speeds and torques: the first sensors ...
 _TURNED = 4, 5  # ... and the positions of the pulleys, whose speeds are 0 and 1
 _SECOND, _SECONDS = 1e9, 1e-9
@@ -125,7 +128,7 @@ class Lull:
             return waiting[0]
         for measurement in waiting:
             self._span.add(measurement)
-        return replace(self._span.mean(), lull=True)
+        return replace(self._span.mean(), change=_UNNOTICED)
 
     def _is_off(self, measurement: Measurement, expected: Expected) -> bool:
         """Whether a reading is not what is expected."""

@@ -71,8 +71,9 @@ class Measurement:
         the time pooled, in the order of `Sensor`; empty: none.
     pooled : int
         How many measurements this one stands for, see `pooling`.
-    lull : bool
-        Whether it is the mean of a while in which nothing happened, see `lull`.
+    change : float
+        For how long traction may have changed before it, as fast as it ever does [s], by what
+        `lull` knows; NaN: ever since the measurement before.
     """
 
     stamp_ns: int
@@ -88,7 +89,7 @@ class Measurement:
     samples: tuple[float, ...] = field(default=(), kw_only=True)
     bending: tuple[float, ...] = field(default=(), kw_only=True)
     pooled: int = field(default=1, kw_only=True)
-    lull: bool = field(default=False, kw_only=True)
+    change: float = field(default=math.nan, kw_only=True)
 
     @property
     def speeds(self) -> tuple[float, float]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from belt_ros.estimation.account import Account
 from belt_ros.estimation.alarm import SlipAlarm
 from belt_ros.estimation.alarm_settings import AlarmSettings, Condition
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
@@ -19,27 +20,16 @@ from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
 from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
 from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
-from belt_ros.estimation.description import View, described, held, phase_of
-from belt_ros.estimation.estimate import (
-    UNKNOWN,
-    BeltEstimate,
-    Health,
-    Knowledge,
-    Phase,
-    Quantity,
-    Reserve,
-)
+from belt_ros.estimation.estimate import BeltEstimate, Health, Phase
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
-from belt_ros.estimation.lost_travel import LostTravel
 from belt_ros.estimation.lull import Lull
 from belt_ros.estimation.maintenance import Maintenance, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.memory import Learned, learned_from, restore
-from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
-from belt_ros.estimation.state import Index, Reading
+from belt_ros.estimation.state import Index
 from belt_ros.estimation.time_jumps import TimeJumps
 from belt_ros.estimation.wind_up import WindUp
 from belt_ros.mechanics.drive import BeltDrive, Tensioning
@@ -47,7 +37,6 @@ from belt_ros.mechanics.drive import BeltDrive, Tensioning
 _SECONDS = 1e-9
 _GATE = 1000.0  # normalised innovation squared per degree of freedom no load step explains
 _GATED_AT_MOST = 3  # in a row; then it is the filter that is wrong
-_LEARNED = 0.5  # of the prior's standard deviation
 _TURN = 2.0 * math.pi
 
 
@@ -102,25 +91,22 @@ class BeltMonitor:
         self._credence = Credence(self._filter, drive)
         self._calibration = Calibration(drive, noise)
         self._record = HealthRecord()
+        self._account = Account(self._filter, self._credence, self._record, drive)
         self._begin()
 
     def _begin(self) -> None:
-        self._estimate: BeltEstimate | None = None
         self._gated = 0
         self._pool = Pool(self.limits.pool_period, self._turns)
         self._lull = Lull(self._turns, self._noise.noise_rows())
         self._jumps = TimeJumps()
-        self._lost_travel = LostTravel()
         self._credence.begin()
         self._record.begin()
-        self._capacity: Capacity | None = None
-        self._known: BeltEstimate | None = None  # when the filter was last moved
-        self._slip_speed = UNKNOWN
+        self._account.begin()
 
     @property
     def estimate(self) -> BeltEstimate | None:
         """The present estimate; None before the first accepted measurement."""
-        return self._estimate
+        return self._account.estimate
 
     @property
     def health(self) -> Health:
@@ -132,7 +118,8 @@ class BeltMonitor:
 
         Of the present belief; 0 before the first estimate.
         """
-        return 0.0 if self._capacity is None else self._capacity.gross_slip_probability_at(torque)
+        capacity = self._account.capacity
+        return 0.0 if capacity is None else capacity.gross_slip_probability_at(torque)
 
     def load_at_probability(self, probability: float) -> float:
         """Torque [N m] at which the belt slips with a probability; NaN before the first estimate.
@@ -142,9 +129,10 @@ class BeltMonitor:
         ValueError
             Unless 0 < `probability` < 1.
         """
-        if self._capacity is None:
+        capacity = self._account.capacity
+        if capacity is None:
             return math.nan
-        return self._capacity.load_at_probability(probability)
+        return capacity.load_at_probability(probability)
 
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
@@ -219,9 +207,9 @@ class BeltMonitor:
 
         The result comes with the output of a later measurement.
         """
-        if self._estimate is None:
+        if self.estimate is None:
             return False
-        self._calibration.begin(self._estimate.stamp_ns)
+        self._calibration.begin(self.estimate.stamp_ns)
         return True
 
     def smoother(self) -> Smoother:
@@ -232,16 +220,17 @@ class BeltMonitor:
 
     def finish(self) -> None:
         """Take in what waits, and tell the smoother that no more measurements come."""
-        if self._lull.waits and self._estimate is not None:
+        estimate = self.estimate
+        if self._lull.waits and estimate is not None:
             self._end_lull()
-            self._estimate = self._as_of(self._estimate.stamp_ns)
+            self._account.tell(estimate.stamp_ns, self.limits, waits=False)
         self._filter.finish()
 
     def acknowledge(self, condition: Condition | None = None) -> AlarmStatus | None:
         """Release the latch of one alarm, or of all; None before the first estimate."""
-        if self._estimate is None:
+        if self.estimate is None:
             return None
-        return self.alarm.acknowledge(self._estimate, condition)
+        return self.alarm.acknowledge(self.estimate, condition)
 
     def silent(self, stamp_ns: int, silence: float) -> AlarmStatus | None:
         """Hear that nothing usable has come for `silence` [s]; return the alarm if it has changed.
@@ -253,7 +242,7 @@ class BeltMonitor:
     def reject(self, reason: Rejection, measurement: Measurement | None = None) -> MonitorOutput:
         """Count a measurement that cannot be used."""
         self._record.reject(reason, 1 if measurement is None else measurement.pooled)
-        return MonitorOutput(reason, self._estimate, self.alarm.turned_away(reason, measurement))
+        return MonitorOutput(reason, self.estimate, self.alarm.turned_away(reason, measurement))
 
     def step(self, measurement: Measurement) -> MonitorOutput:
         """Take in one measurement, or turn it away; what comes fast is pooled first."""
@@ -262,7 +251,7 @@ class BeltMonitor:
             reason = Rejection.OUT_OF_ORDER
         if reason is not Rejection.NONE:
             return self.reject(reason, measurement)
-        output = MonitorOutput(Rejection.NONE, self._estimate, None)
+        output = MonitorOutput(Rejection.NONE, self.estimate, None)
         for pooled in self._pool.take(measurement):
             before, output = output, self._step(pooled)
             if before.alarm is not None and output.alarm is None:
@@ -270,7 +259,7 @@ class BeltMonitor:
         return output
 
     def _step(self, measurement: Measurement) -> MonitorOutput:
-        if self._estimate is None:
+        if self.estimate is None:
             if not self._filter.start(measurement, self._credence.initial):
                 return self.reject(Rejection.INCOMPLETE, measurement)
         else:
@@ -279,13 +268,13 @@ class BeltMonitor:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
         stamp_ns = measurement.stamp_ns
-        self._estimate = estimate = self._as_of(stamp_ns)
+        estimate = self._account.tell(stamp_ns, self.limits, waits=self._lull.waits)
         self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
             self._credence.adopt(with_ratio_bias(self._credence.known or [], calibrated.ratio_bias))
         alarm = self.alarm.update(
-            estimate, measurement, self._capacity, recovers=self._credence.recovers
+            estimate, measurement, self._account.capacity, recovers=self._credence.recovers
         )
         if self.alarm.watch.contrary:
             self._credence.contradict()
@@ -293,8 +282,8 @@ class BeltMonitor:
 
     def _advance(self, measurement: Measurement) -> Rejection:
         """Take `measurement` in, or let it wait for others, if its stamp and value allow."""
-        assert self._estimate is not None
-        dt = (measurement.stamp_ns - self._estimate.stamp_ns) * _SECONDS
+        assert self.estimate is not None
+        dt = (measurement.stamp_ns - self.estimate.stamp_ns) * _SECONDS
         if abs(dt) > self.limits.greatest_gap:
             self._end_lull()
             return self._jump(measurement, forward=dt > 0.0)
@@ -336,7 +325,7 @@ class BeltMonitor:
             self._credence.contradict()
         else:
             f = self._filter
-            standing = self._estimate is not None and self._estimate.phase is Phase.STANDSTILL
+            standing = self.estimate is not None and self.estimate.phase is Phase.STANDSTILL
             self._record.judge(f.update(), f.seen, f.surprises, dt, standing=standing)
             if not standing:
                 self.alarm.watch.see(f.seen, f.surprises, dt)
@@ -358,57 +347,3 @@ class BeltMonitor:
         if not forward:
             self.restart()
         return Rejection.NONE
-
-    def _describe(self, stamp_ns: int) -> BeltEstimate:
-        """Read the estimate off what is known."""
-        view = self._credence.view(self.limits.standstill_speed)
-        description = described(view)
-        phase = phase_of(description, self._drive, self.limits.standstill_speed)
-        self._slip_speed = view.readings.quantity(Reading.SLIP_SPEED)
-        return BeltEstimate(
-            stamp_ns=stamp_ns,
-            phase=Phase.LOST if self._credence.doubted else phase,
-            accumulated_slip=self._accumulate(stamp_ns),
-            tension_knowledge=self._knowledge(view, Index.LOG_TENSION),
-            friction_stiffness_knowledge=self._knowledge(view, Index.LOG_STIFFNESS),
-            friction_coefficient_knowledge=self._knowledge(view, Index.LOG_FRICTION),
-            health=self._record.brief,
-            reserve=self._reserve(view),
-            lost_traction=self._credence.lost_traction(),
-            **description,
-        )
-
-    def _as_of(self, stamp_ns: int) -> BeltEstimate:
-        """Return what is known as of `stamp_ns`: while measurements wait, what was known before."""
-        f = self._filter
-        assert f.stamp_ns is not None, "the filter has been started"
-        age = max(stamp_ns - f.stamp_ns, 0) * _SECONDS
-        wander = f.creep_wander * math.sqrt(age)
-        if self._known is None or not self._lull.waits:
-            self._known = self._describe(stamp_ns)
-            return held(self._known, wander) if wander > 0.0 else self._known
-        return replace(
-            held(self._known, wander),
-            stamp_ns=stamp_ns,
-            accumulated_slip=self._accumulate(stamp_ns),
-            health=self._record.brief,
-        )
-
-    def _reserve(self, view: View) -> Reserve:
-        capacity = self._capacity = view.readings.capacity(Reading.CAPACITY)
-        peak = self.limits.peak_load
-        at_peak = capacity.gross_slip_probability_at(peak) if peak > 0.0 else 0.0
-        return Reserve(capacity.torque, at_peak)
-
-    def _accumulate(self, stamp_ns: int) -> Quantity:
-        """Add the travel lost since the last estimate [m]."""
-        if self._estimate is not None:
-            dt = (stamp_ns - self._estimate.stamp_ns) * _SECONDS
-            if 0.0 < dt <= self.limits.greatest_gap:
-                self._lost_travel.advance(self._slip_speed, dt)
-        return self._lost_travel.total
-
-    def _knowledge(self, view: View, place: Index) -> Knowledge:
-        prior = float(self._filter.prior_stddev[place])
-        learned = view.state(place).stddev < _LEARNED * prior
-        return Knowledge.LEARNED if learned else Knowledge.AT_PRIOR

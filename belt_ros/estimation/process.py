@@ -178,7 +178,7 @@ def drift_processes(
     activity: _Floats,
     undeveloped: CreepChange,
     dt: float,
-    longest_change: float = math.inf,
+    change: float,
 ) -> tuple[Process, Process]:
     """Return what `dt` [s] adds to the law of motion: traction is settled, it is changing.
 
@@ -192,14 +192,14 @@ def drift_processes(
     undeveloped : CreepChange
         From `UndevelopedCreep.advance`.
     dt : float
-    longest_change : float
-        For how much of `dt` traction may change as fast as it does while it is changing [s].
+    change : float
+        For how long traction changes, where it is changing [s]: `dt`, or as `lull` has it.
     """
     renewed, deviation, changed = undeveloped
     forgotten = wander.forgetting * dt
-    if longest_change < dt:
+    if change != dt:
         for state in (LOG_TENSION, LOG_FRICTION):
-            forgotten[1, state] *= longest_change / dt
+            forgotten[1, state] *= change / dt
     forgotten[:, CREEP_ERROR] += changed / wander.creep_error_load
     memory = np.exp(-forgotten)
     variance = -np.expm1(-2.0 * forgotten) * wander.spread**2
@@ -241,7 +241,7 @@ def gap_processes(
         forgetting = wander.forgetting.copy()
         forgetting[:, _WORN] *= worn / gap
         wander = wander._replace(forgetting=forgetting)
-    processes = drift_processes(wander, c, np.ones(2), undeveloped, gap)
+    processes = drift_processes(wander, c, np.ones(2), undeveloped, gap, gap)
     for process in processes:
         process.memory[moving] = 0.0
         process.variance_before[moving] = prior_stddev[moving] ** 2

@@ -44,7 +44,7 @@ class Sensed(NamedTuple):
     places: NDArray[np.int64]  # (m,) in the state
     loads: _Floats  # (3,) hub loads and span tension, NaN where none is to be taken in [N]
     load_variances: _Floats  # (3,)
-    lull: bool = False  # see `Measurement`
+    change: float = math.nan  # see `Measurement`
 
     def part(self, begin: int, end: int | None) -> "Sensed":
         """Return this with only some of the readings of states."""
@@ -131,5 +131,5 @@ class Sensing:
             *_there(self._constants, values, variances, travel),
             loads,
             variances[_LOADS],
-            measurement.lull,
+            measurement.change,
         )

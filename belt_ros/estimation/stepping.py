@@ -22,9 +22,6 @@ _Floats = NDArray[np.float64]
 # Innovation squared at which the load must have jumped, by its degrees of freedom: about as
 # improbable for one as for four.
 _SURPRISE = (math.inf, 26.3, 30.1, 33.2, 36.0, 45.0)
-# [s] Traction that changes while nothing seems to happen does so slowly. Taken to change as fast
-# as it may, members in which it does would be too wide by the end of a lull to hear what it says.
-_IN_LULL = 0.01
 _JUMPING = np.ones(2)  # activity of the load
 
 
@@ -94,10 +91,8 @@ class Stepping:
         """Move every member, as its mode has it, and compare it with what was sensed."""
         population = self._population
         before = population.members()
-        longest = _IN_LULL if sensed.lull else math.inf
-        processes = drift_processes(
-            self.wander, self._constants, activity, undeveloped, dt, longest
-        )
+        change = dt if math.isnan(sensed.change) else sensed.change
+        processes = drift_processes(self.wander, self._constants, activity, undeveloped, dt, change)
         crosses = population.predict(dt, processes, crosses=self._recent.recorder is not None)
         self.surprises = population.compare(sensed)
         self.seen = sensed.places

@@ -66,7 +66,7 @@ class DriveModel:
 
     def process(self, activity: _Floats, undeveloped: CreepChange, dt: float) -> Process:
         """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
-        settled, _ = drift_processes(self._wander, self.constants, activity, undeveloped, dt)
+        settled, _ = drift_processes(self._wander, self.constants, activity, undeveloped, dt, dt)
         return Process(*(row[:CARRIED] for row in settled))
 
     def sensed(self, measurement: Measurement) -> tuple[_Floats, _Floats]:
@@ -134,12 +134,12 @@ class ModelFilter(ABC, Generic[_State]):
         undeveloped = self._creep.advance(float(mean[Index.PULL]), speed, dt)
         activity = self.model.activity(z, variance, dt)
         before = self._state()
-        self._predict(self.model.process(activity, undeveloped, dt), dt)
+        self._predict(self.model.process(activity, undeveloped, dt, dt), dt)
         innovation, covariance = self._foretold(z, variance)
         if innovation @ np.linalg.solve(covariance, innovation) > _SURPRISE * len(z):
             self._restore(before)
             activity = np.maximum(activity, _JUMPING)
-            self._predict(self.model.process(activity, undeveloped, dt), dt)
+            self._predict(self.model.process(activity, undeveloped, dt, dt), dt)
         self._update(z, variance)
 
     @abstractmethod

@@ -17,10 +17,10 @@ from benchmarks.graph.rate import answered_together
 from benchmarks.graph.signals import loaded
 
 NODE, RELAY = "node", "relay"
-BLOCK = 2.0  # [s] before it is the other's turn
+BLOCK = 12.0  # [s] before it is the other's turn: two cycles of the load
 _LATENCY, _PROCESSOR = 2.0, 3.0  # times the relay's, allowed
 _ANSWERED = 0.98  # of a turn's messages, for a comparison; the gap before a turn costs two
-_WARM = 2  # turns of each that do not count
+_WARM = 1  # turns of each that do not count
 
 
 class Turn(NamedTuple):

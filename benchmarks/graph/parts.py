@@ -35,7 +35,8 @@ PARTS = {
         Part(
             "drives",
             "Many drives in one process",
-            f"{_PROCESSES}All joints come in one joint state. "
+            f"{_PROCESSES}All joints come in one joint state, each drive at another point of the "
+            "load's cycle. "
             f"The first {rate.WARM_UP:g} s do not count.",
             drives.Drives,
             drives.drives_verdicts,

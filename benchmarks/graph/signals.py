@@ -28,9 +28,14 @@ class Cycle(NamedTuple):
     numbers: _Floats  # (samples, 2, joints): velocities [rad/s], efforts [N m]
 
     def repeated(self, drives: int) -> "Cycle":
-        """Return the joint states of several such drives in one message."""
+        """Return the joint states of several such drives in one message.
+
+        Each is a little ahead of the next in its cycle: loads of drives do not change all at once.
+        """
         joints = tuple(f"{joint}_{k}" for k in range(drives) for joint in self.joints)
-        return Cycle(joints, np.tile(self.numbers, (1, 1, drives)))
+        ahead = [k * len(self.numbers) // drives for k in range(drives)]
+        shifted = [np.roll(self.numbers, -samples, axis=0) for samples in ahead]
+        return Cycle(joints, np.concatenate(shifted, axis=2))
 
     def save(self, folder: Path) -> str:
         """Write the numbers; return the file's name."""

@@ -28,7 +28,7 @@ def lull(settings: DriveSettings) -> Lull:
     """A lull that has just begun; the noise of the settings is 0.01 rad/s or less."""
     lull = Lull((TURN, TURN), settings.noise.noise_rows())
     lull.take(at(-INTERVAL))
-    for _ in range(300):
+    for _ in range(150):
         lull.expect(EXPECTED, 0.01)
     return lull
 
@@ -37,7 +37,8 @@ def test_a_tenth_of_a_second_is_taken_in_as_its_mean(lull: Lull) -> None:
     taken = [lull.take(at(INTERVAL * k)) for k in range(10)]
     assert taken[:9] == [()] * 9
     (mean,) = taken[9]
-    assert (mean.stamp_ns, mean.pooled, mean.lull) == (45 * MILLISECOND, 10, True)
+    assert (mean.stamp_ns, mean.pooled) == (45 * MILLISECOND, 10)
+    assert mean.change < 0.1  # nothing has been noticed
     assert mean.speeds == pytest.approx(SPEEDS)
     assert mean.samples[:4] == (10.0,) * 4
     assert not lull.waits
@@ -103,8 +104,8 @@ def test_after_one_odd_reading_it_goes_on_soon_after_another_later(lull: Lull) -
             lull.expect(EXPECTED, 0.01)
         return 1000
 
-    assert 10 <= odd_then_calm(0.0) <= 30
-    assert 40 <= odd_then_calm(300.0) <= 60
+    assert 20 <= odd_then_calm(0.0) <= 40
+    assert 90 <= odd_then_calm(500.0) <= 110
 
 
 def test_what_is_not_calm_is_no_lull(lull: Lull) -> None:

@@ -163,7 +163,7 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
     law = forgetting(MEAN, STDDEV, DRIFT, pace=1.0)._replace(changes=0.0)
     constants = drive_constants(DRIVE)
     wander = drift_wander(DRIFT, STDDEV, 400.0, constants)
-    process, _ = drift_processes(wander, constants, np.ones(2), (1.0, 0.0, 0.0), elapsed)
+    process, _ = drift_processes(wander, constants, np.ones(2), (1.0, 0.0, 0.0), elapsed, elapsed)
     belt = PLACES[:3]
     learned = learn(components).components
     expected = [

@@ -390,7 +390,7 @@ def creep_memory(settings: DriveSettings, changed: float, dt: float) -> tuple[fl
     c = drive_constants(settings.drive)
     _, spread = prior_state(settings.prior, settings.drive)
     wander = drift_wander(settings.drift, spread, settings.prior.tension, c)
-    process, _ = drift_processes(wander, c, np.zeros(2), (0.01, 0.0, changed), dt)
+    process, _ = drift_processes(wander, c, np.zeros(2), (0.01, 0.0, changed), dt, dt)
     return float(process.memory[CREEP_ERROR]), float(process.variance_before[CREEP_ERROR])
 
 

@@ -134,12 +134,12 @@ class ModelFilter(ABC, Generic[_State]):
         undeveloped = self._creep.advance(float(mean[Index.PULL]), speed, dt)
         activity = self.model.activity(z, variance, dt)
         before = self._state()
-        self._predict(self.model.process(activity, undeveloped, dt, dt), dt)
+        self._predict(self.model.process(activity, undeveloped, dt), dt)
         innovation, covariance = self._foretold(z, variance)
         if innovation @ np.linalg.solve(covariance, innovation) > _SURPRISE * len(z):
             self._restore(before)
             activity = np.maximum(activity, _JUMPING)
-            self._predict(self.model.process(activity, undeveloped, dt, dt), dt)
+            self._predict(self.model.process(activity, undeveloped, dt), dt)
         self._update(z, variance)
 
     @abstractmethod

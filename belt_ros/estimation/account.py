@@ -1,12 +1,11 @@
 """What is told of a drive, measurement after measurement."""
 
-import math
 from dataclasses import replace
 
 from belt_ros.estimation.assumptions import SensorLimits
 from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.credence import Credence
-from belt_ros.estimation.description import View, described, held, phase_of
+from belt_ros.estimation.description import View, described, phase_of
 from belt_ros.estimation.estimate import (
     UNKNOWN,
     BeltEstimate,
@@ -16,6 +15,7 @@ from belt_ros.estimation.estimate import (
     Reserve,
 )
 from belt_ros.estimation.health_record import HealthRecord
+from belt_ros.estimation.holding import Pace
 from belt_ros.estimation.lost_travel import LostTravel
 from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.state import Index, Reading
@@ -60,8 +60,13 @@ class Account:
         """Tell anew."""
         self.estimate = self.capacity = None
         self._known: BeltEstimate | None = None  # when the filter was last moved
+        self._pace = Pace()
         self._lost_travel = LostTravel()
         self._slip_speed = UNKNOWN
+
+    def forget(self) -> None:
+        """Describe anew next time, for something else is known now."""
+        self._known = None
 
     def tell(self, stamp_ns: int, limits: SensorLimits, *, waits: bool) -> BeltEstimate:
         """Return what is known as of `stamp_ns` [ns].
@@ -70,17 +75,19 @@ class Account:
         """
         f = self._filter
         assert f.stamp_ns is not None, "the filter has been started"
-        wander = f.creep_wander * math.sqrt(max(stamp_ns - f.stamp_ns, 0) * _SECONDS)
+        age = max(stamp_ns - f.stamp_ns, 0) * _SECONDS
         if self._known is None or not waits:
-            self._known = self._described(stamp_ns, limits)
-            self.estimate = held(self._known, wander) if wander > 0.0 else self._known
+            known = self._described(stamp_ns, limits)
+            self._pace.see(known, f.stamp_ns)
+            self._known = known
         else:
-            self.estimate = replace(
-                held(self._known, wander),
+            known = replace(
+                self._known,
                 stamp_ns=stamp_ns,
                 accumulated_slip=self._accumulate(stamp_ns, limits),
                 health=self._record.brief,
             )
+        self.estimate = self._pace.held(known, age, f.creep_wander) if age > 0.0 else known
         return self.estimate
 
     def _described(self, stamp_ns: int, limits: SensorLimits) -> BeltEstimate:

@@ -1,14 +1,12 @@
 """What a belief says of the drive, each quantity with its standard deviation."""
 
-import math
-from dataclasses import replace
 from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.bank import UnscentedBank
-from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity, lognormal_quantity
+from belt_ros.estimation.estimate import Phase, Quantity, lognormal_quantity
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
 from belt_ros.estimation.readings import Readings
 from belt_ros.estimation.state import STATES, Index, Reading
@@ -124,10 +122,3 @@ class BeliefReader:
         x, covariance = mixture_moments(weights, self._bank.x, self._bank.P)
         rows = self._bank.read(np.arange(len(belief)), slowest)
         return View(x, covariance, Readings(weights, *rows))
-
-
-def held(estimate: BeltEstimate, wander: float) -> BeltEstimate:
-    """Return an estimate some time later, by which creep may be another by `wander`, relative."""
-    slip = estimate.slip
-    wandered = wander * estimate.predicted_creep.value
-    return replace(estimate, slip=Quantity(slip.value, math.hypot(slip.stddev, wandered)))

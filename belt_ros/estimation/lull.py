@@ -4,7 +4,7 @@ A drive that runs steadily says the same again and again. All that a tenth of a 
 in the mean, and the filter, with all its members, moves ten times a second instead of a hundred.
 Nothing is given away by that: each measurement is held against what the filter's last step lets
 expect as soon as it comes, and so is the mean of all that wait. What is off by more than noise ends
-the lull, and all that waits is taken in at once.
+the lull, and all that waits is taken in at once. Loads do not; they are taken in but once a second.
 """
 
 import math
@@ -18,18 +18,19 @@ from belt_ros.estimation.measurement import Measurement, unwrapped
 from belt_ros.estimation.span import Span
 
 _Floats = NDArray[np.float64]
-_LONGEST = 0.1  # [s] that a measurement waits
+_LONGEST = 0.1  # [s] that a measurement waits ...
+_HOLE = 0.15  # ... but for one that none follows in time; they are not averaged across the hole
 _MOST = 100  # measurements that wait
 _AHEAD = 1.5  # intervals, so that jitter decides nothing
-_CALM_BEFORE = 1.0  # [s] of calm before a lull ...
-_CALM_AGAIN = 0.3  # ... and before it goes on after a single reading that was off
+_CALM_BEFORE = 2.0  # [s] of calm before a lull ...
+_CALM_AGAIN = 0.5  # ... and before it goes on after a single reading that was off
 # Squared deviation, normalised, that is no noise: of one reading, and of the mean of all that wait.
 _OFF, _MEAN_OFF = 16.0, 9.0
 # [s] Traction that changes while nothing seems to happen does so slowly. Taken to change as fast as
 # it may, members in which it does would be too wide by the end of a lull to hear what it says.
 _UNNOTICED = 0.01
 _READ = 4  # speeds and torques: the first sensors ...
-_TURNED = 4, 5  # ... and the positions of the pulleys, whose speeds are 0 and 1
+_POSITIONS = 4  # ... then the positions of the pulleys, whose speeds are 0 and 1
 _SECOND, _SECONDS = 1e9, 1e-9
 
 
@@ -54,7 +55,8 @@ class Lull:
     def __init__(self, turns: tuple[float, float], noise: _Floats) -> None:
         self._span = Span(_LONGEST, turns)
         self._turns = turns
-        self._last: Measurement | None = None
+        self._last_ns: int | None = None
+        self._angles: list[tuple[int, float] | None] = [None, None]  # last read, and when [ns]
         self._waiting: list[Measurement] = []
         self._expected: Expected | None = None
         self._calm = 0.0  # [s]
@@ -87,14 +89,17 @@ class Lull:
         Nothing if it waits; the mean of all that wait; or all of them, one by one, if something
         may have happened.
         """
-        last, self._last = self._last, measurement
-        if self._expected is None:
-            return (measurement,)
-        self._waiting.append(measurement)
+        last_ns, self._last_ns = self._last_ns, measurement.stamp_ns
         expected = self._expected
-        if self._is_off(measurement, expected) or self._leaps(measurement, last, expected):
+        leaps = self._leaps(measurement, expected)
+        if expected is None:
+            return (measurement,)
+        if self._waiting and measurement.stamp_ns - self._waiting[0].stamp_ns > _HOLE * _SECOND:
+            return *self._all(), measurement
+        self._waiting.append(measurement)
+        if leaps or self._is_off(measurement, expected):
             return self._suspicious()
-        if not self._is_full(measurement.stamp_ns, last):
+        if not self._is_full(measurement.stamp_ns, last_ns):
             return ()
         return self._suspicious() if self._are_off(expected) else (self._mean(),)
 
@@ -109,11 +114,11 @@ class Lull:
         self._since_off = 0.0
         return self._all()
 
-    def _is_full(self, stamp_ns: int, last: Measurement | None) -> bool:
+    def _is_full(self, stamp_ns: int, last_ns: int | None) -> bool:
         """Whether the next measurement would wait for too long."""
-        if last is None:
+        if last_ns is None:
             return True
-        interval = stamp_ns - last.stamp_ns
+        interval = stamp_ns - last_ns
         longest = self._waiting[0].stamp_ns + _LONGEST * _SECOND
         return stamp_ns + _AHEAD * interval > longest or len(self._waiting) >= _MOST
 
@@ -159,20 +164,19 @@ class Lull:
         noise: float = proportional * expected.means[place] ** 2 + constant
         return expected.variances[place] + noise / samples
 
-    def _leaps(
-        self, measurement: Measurement, last: Measurement | None, expected: Expected
-    ) -> bool:
-        """Whether a position is not where the speed has led since the last."""
-        if last is None:
-            return False
-        dt = (measurement.stamp_ns - last.stamp_ns) * _SECONDS
-        for pulley, place in enumerate(_TURNED):
-            before, now = last.positions[pulley], measurement.positions[pulley]
-            if math.isnan(before) or math.isnan(now):
+    def _leaps(self, measurement: Measurement, expected: Expected | None) -> bool:
+        """Whether a position is not where the speed has led since that pulley's last."""
+        leaps = False
+        for pulley, now in enumerate(measurement.positions):
+            if math.isnan(now):
                 continue
+            last, self._angles[pulley] = self._angles[pulley], (measurement.stamp_ns, now)
+            if expected is None or last is None:
+                continue
+            dt = (measurement.stamp_ns - last[0]) * _SECONDS
             way = expected.means[pulley] * dt
-            variance = 2.0 * self._noise[place][1] + expected.variances[pulley] * dt * dt
-            off = unwrapped(before, now, way, self._turns[pulley]) - before - way
-            if off * off > _OFF * variance:
-                return True
-        return False
+            noise = self._noise[_POSITIONS + pulley][1]
+            variance = 2.0 * noise + expected.variances[pulley] * dt * dt
+            off = unwrapped(last[1], now, way, self._turns[pulley]) - last[1] - way
+            leaps = leaps or off * off > _OFF * variance
+        return leaps

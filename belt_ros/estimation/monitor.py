@@ -187,17 +187,21 @@ class BeltMonitor:
             If it is of another drive.
         """
         f = self._filter
+        self._end_lull()
         restored = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
         self._credence.adopt(restored.components, of_belt_only=True)
+        self._account.forget()
         return restored.note
 
     def maintain(self, maintenance: Maintenance) -> str:
         """Take in what was done to the belt; return a sentence for the log."""
         f = self._filter
+        self._end_lull()
         known = self._credence.known
         prior = Component(0.0, f.prior_mean.copy(), np.diag(f.prior_stddev**2))
         done = maintained(known or [prior], maintenance, f.prior_mean, f.prior_stddev)
         self._credence.adopt(done.components)
+        self._account.forget()
         if math.isfinite(maintenance.tension):
             self.alarm.installed = maintenance.tension
         return done.message
@@ -272,7 +276,9 @@ class BeltMonitor:
         self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
+            self._end_lull()
             self._credence.adopt(with_ratio_bias(self._credence.known or [], calibrated.ratio_bias))
+            self._account.forget()
         alarm = self.alarm.update(
             estimate, measurement, self._account.capacity, recovers=self._credence.recovers
         )
@@ -283,7 +289,10 @@ class BeltMonitor:
     def _advance(self, measurement: Measurement) -> Rejection:
         """Take `measurement` in, or let it wait for others, if its stamp and value allow."""
         assert self.estimate is not None
-        dt = (measurement.stamp_ns - self.estimate.stamp_ns) * _SECONDS
+        assert self._filter.stamp_ns is not None
+        # What waits is later than the filter; what was gated is later than the estimate.
+        last_ns = max(self.estimate.stamp_ns, self._filter.stamp_ns)
+        dt = (measurement.stamp_ns - last_ns) * _SECONDS
         if abs(dt) > self.limits.greatest_gap:
             self._end_lull()
             return self._jump(measurement, forward=dt > 0.0)

@@ -56,6 +56,7 @@ class Span:
         self.first_ns = 0
         self._turns = turns
         self._means: list[_Mean] = []  # of the last spans
+        self._speeds = [0.0, 0.0]  # of either pulley, last read
         self.clear()
 
     def clear(self) -> None:
@@ -78,6 +79,9 @@ class Span:
         after_first = measurement.stamp_ns - self.first_ns
         self._sum_after_first += measurement.pooled * after_first
         samples = measurement.samples or _ONE
+        for pulley, speed in enumerate(measurement.speeds):
+            if not math.isnan(speed):
+                self._speeds[pulley] = speed
         for place, value in enumerate(_values(measurement)):
             if not math.isnan(value):
                 number = samples[place]
@@ -94,9 +98,7 @@ class Span:
         pulley = _ANGLES[Sensor(place)]
         if place in self._angles:
             stamp_ns, angle = self._angles[place]
-            speed = measurement.speeds[pulley]
-            turned = speed * (measurement.stamp_ns - stamp_ns) * _SECONDS
-            turned = 0.0 if math.isnan(turned) else turned
+            turned = self._speeds[pulley] * (measurement.stamp_ns - stamp_ns) * _SECONDS
             value = unwrapped(angle, value, turned, self._turns[pulley])
         self._angles[place] = measurement.stamp_ns, value
         return value

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from runs import Runner, within
 
-from belt_ros.estimation import Measurement, Rejection
+from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement, Rejection
 from belt_ros.estimation.lull import Expected, Lull
 from belt_ros.settings import DriveSettings
 
@@ -153,3 +153,56 @@ def test_time_that_jumps_in_a_lull_loses_nothing(run: Runner, settings: DriveSet
     after = outputs[-1].estimate
     assert after.friction_stiffness_log_stddev < 1.2 * last.friction_stiffness_log_stddev
     assert after.health.resets == 0
+
+
+def test_after_a_gated_sample_that_was_ahead_time_does_not_go_back(
+    run: Runner, settings: DriveSettings
+) -> None:
+    steady = run(duration=3.0, speed=120.0, load=[[0.0, 0.0], [1.0, 0.0], [1.2, 20.0]])
+    monitor = settings.monitor()
+    for measurement in steady.measurements[:200]:
+        monitor.step(measurement)
+    last, following = steady.measurements[199:201]
+    wild = replace(last, stamp_ns=last.stamp_ns + 250 * MILLISECOND, driver_speed=-300.0)
+    assert monitor.step(wild).rejection is Rejection.GATED
+    assert monitor.step(following).rejection is Rejection.OUT_OF_ORDER
+
+
+def test_maintenance_in_a_lull_shows_with_the_next_measurement(
+    run: Runner, settings: DriveSettings
+) -> None:
+    steady = run(duration=6.0, speed=120.0, load=[[0.0, 0.0], [1.0, 0.0], [1.2, 20.0]])
+    monitor = settings.monitor()
+    coming = iter(steady.measurements)
+    before = now = None
+    while now is None or now != before:  # until it is held
+        before, estimate = now, monitor.step(next(coming)).estimate
+        now = estimate.mean_tension
+    monitor.maintain(Maintenance(MaintenanceKind.BELT_REPLACED, 600.0, 20.0))
+    tension = monitor.step(next(coming)).estimate.mean_tension
+    assert within(tension, 600.0, 1.0)
+
+
+def test_means_do_not_reach_across_a_hole(lull: Lull) -> None:
+    waiting = [at(INTERVAL * k) for k in range(5)]
+    for measurement in waiting:
+        assert lull.take(measurement) == ()
+    late = at(900.0)
+    assert lull.take(late) == (*waiting, late)
+
+
+def test_angles_that_come_without_speeds_are_unwrapped_by_the_last_ones(lull: Lull) -> None:
+    """Positions and speeds on topics of their own, half a turn and more between two positions."""
+    means = []
+    for k in range(60):
+        speeds = {"driver_speed": SPEEDS[0], "driven_speed": SPEEDS[1]}
+        angle = math.remainder(SPEEDS[0] * 0.01 * k, TURN)
+        others = {"driver_position": angle} if k % 4 == 0 else speeds
+        alone = Measurement(round(INTERVAL * k * MILLISECOND), **others)
+        means += [each for each in lull.take(alone) if each.pooled > 1]
+        if not lull.waits:
+            lull.expect(EXPECTED, 0.01)
+    assert len(means) >= 4
+    for mean in means:
+        led = SPEEDS[0] * mean.stamp_ns * 1e-9
+        assert math.remainder(mean.driver_position - led, TURN) == pytest.approx(0.0, abs=1e-3)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from statistics import median
 
-from benchmarks.estimation.cost import ALIVE, LIMITS, METHODS, SETTLED, STEP, Cost
+from benchmarks.estimation.cost import LIMITS, METHODS, SETTLED, STEP, Cost
 from benchmarks.estimation.report import table, verdicts
 
 
@@ -36,10 +36,10 @@ def cost_sections(rows: list[Cost]) -> list[str]:
 def _verdicts(rows: list[Cost]) -> list[str]:
     lines = []
     for part, limit in LIMITS.items():
-        for method in METHODS if part == ALIVE else (STEP,):
+        for method in METHODS:
             found = [row for row in rows if row.method == method and row.case.endswith(part)]
             for what, ratio in (("median", _ratio), ("mean", _mean_ratio)):
-                if found and (part == SETTLED or ratio is _ratio):
+                if found and (ratio is _ratio or (part, method) == (SETTLED, STEP)):
                     worst = max(ratio(group) for group in _by_case(found))
                     target = f"{part}, {method}, {what}: at most {limit:g} times filterpy's step"
                     lines.append((target, f"{worst:.2f} on the costliest drive", worst <= limit))

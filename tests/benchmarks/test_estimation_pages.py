@@ -53,9 +53,9 @@ def test_cost_is_judged_by_the_ratio_of_what_was_timed_together() -> None:
     rows = [
         cost(STEP, SETTLED, 90.0),
         cost(STEP, ALIVE, 600.0),
-        cost(FILTER, ALIVE, 110.0),
-        cost(FILTER, ALIVE, 90.0, 1),
-        cost(FILTER, ALIVE, 95.0, 2),
+        cost(FILTER, SETTLED, 110.0),
+        cost(FILTER, SETTLED, 90.0, 1),
+        cost(FILTER, SETTLED, 95.0, 2),
     ]
     text = cost_sections(rows)
     assert sum("0.90 on the costliest drive | yes" in line for line in text) == 2  # median, mean

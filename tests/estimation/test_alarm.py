@@ -49,11 +49,11 @@ class Line:
         self.first = self.alarm.update(healthy)
         self.changes = []
 
-    def feed(self, seconds: float, **changes: object) -> "Line":
+    def feed(self, seconds: float, *, recovers: bool = False, **changes: object) -> "Line":
         for _ in range(round(seconds * 1e9 / PERIOD_NS)):
             self.now += PERIOD_NS
             estimate = dataclasses.replace(self.healthy, stamp_ns=self.now, **changes)
-            status = self.alarm.update(estimate)
+            status = self.alarm.update(estimate, recovers=recovers)
             if status is not None:
                 self.changes.append((round(self.now * 1e-9, 3), status))
         return self
@@ -192,6 +192,26 @@ def test_a_lost_estimator_is_an_alarm_and_holds_those_of_the_belt_back(healthy) 
     assert [each.condition for each in line.last.conditions] == [Condition.ESTIMATOR_LOST]
     line.feed(1.5)
     assert not line.last.active
+
+
+def test_the_off_delay_of_a_lost_estimator_counts_from_when_it_seems_to_recover(healthy) -> None:
+    line = Line(healthy).feed(2.0, phase=Phase.LOST)
+    line.feed(0.3, phase=Phase.LOST, recovers=True).feed(2.0)
+    at, cleared = line.changes[-1]
+    assert not cleared.active
+    assert at == pytest.approx(3.0, abs=0.02)  # 1 s after 2.0 s, when it began to recover
+
+
+def test_an_estimator_that_is_lost_again_stays_lost(healthy) -> None:
+    line = Line(healthy).feed(2.0, phase=Phase.LOST)
+    line.feed(0.8, phase=Phase.LOST, recovers=True).feed(1.5, phase=Phase.LOST)
+    assert line.last.active
+
+
+def test_a_moments_recovery_does_not_hold_a_lost_estimator_back(healthy) -> None:
+    line = Line(healthy).feed(0.3, phase=Phase.LOST)
+    line.feed(0.1, phase=Phase.LOST, recovers=True).feed(0.2, phase=Phase.LOST)
+    assert [each.condition for each in line.last.conditions] == [Condition.ESTIMATOR_LOST]
 
 
 def test_an_alarm_that_was_raised_before_stays_while_the_estimator_is_lost(healthy) -> None:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
-_PACES = np.array([1.0, 0.1, 0.01, 0.001])  # of the greatest wander
-_PRIOR = np.array([0.02, 0.08, 0.3, 0.6])
-_ENDING = np.array([2.0, 2.0, 0.2, 0.1])  # of each pace [1/s]
+_PACES = np.array([1.0, 0.3, 0.1, 0.01, 0.001])  # of the greatest wander
+_PRIOR = np.array([0.02, 0.02, 0.08, 0.28, 0.6])
+_ENDING = np.array([2.0, 2.0, 1.0, 0.2, 0.1])  # of each pace [1/s]
 _WITHOUT_SPEED = 0.1  # pace
 _TELLING = 0.03  # pace of the slip above which the load must be what moves it
 _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
@@ -94,8 +94,9 @@ def _followed(
         mean[j] += gain * (z - mean[j])
         variance[j] *= 1.0 - gain
     weight /= np.sum(weight)
+    pace: float = _pace(weight)
     _mix(mean, variance, weight, since)
-    return _pace(weight)
+    return pace
 
 
 @compiled

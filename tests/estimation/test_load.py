@@ -205,3 +205,30 @@ def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float
         assert np.all(active >= 0.0)
         if dt > 0.5 and math.isnan(readings[0]) and math.isnan(readings[1]):
             assert np.all(active == 1.0)
+
+
+@pytest.mark.parametrize("dt", [0.01, 0.02, 0.05])
+def test_what_follows_a_ramp_that_fast_is_not_surprised_by_it(dt: float) -> None:
+    """Sampled slowly, a ramp is far ahead of a walk that only creeps after it.
+
+    Its first half second, until it has been noticed, may surprise.
+    """
+    noise, slope = 0.04 * FASTEST, 0.7 * FASTEST  # a 3 % sensor; from 60 % of capacity in 1.5 s
+    squared = []
+    for seed in SEEDS:
+        bench = Bench(seed, noise, dt)
+        bench.hold(20.0, 4.0)
+        mean, variance = 20.0, 0.0
+        for k in range(round(1.5 / dt)):
+            z = 20.0 - slope * k * dt + noise * bench.random.standard_normal()
+            noisy = np.array([z, -z, 0.1])
+            fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
+            active = bench.wander.follow(noisy, bench.noise**2, fastest, np.zeros(3), dt)
+            variance += (active[0] * FASTEST) ** 2 * dt
+            innovation = z - mean
+            if k * dt > 0.5:
+                squared.append(innovation**2 / (variance + noise**2))
+            gain = variance / (variance + noise**2)
+            mean += gain * innovation
+            variance *= 1.0 - gain
+    assert np.mean(squared) < 2.5

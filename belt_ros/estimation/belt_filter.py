@@ -282,8 +282,7 @@ class BeltFilter:
         dt = (measurement.stamp_ns - self.stamp_ns) * _SECONDS
         counted = self._sensing.counts_travel
         sensed = self._sensing.sense(measurement, dt)
-        speed = float(self.x[Index.DRIVER_SPEED])
-        activity = self._load.follow(sensed, speed, self._wander, dt)
+        activity = self._load.follow(sensed, self.x, self._wander, dt)
         self._activity = float(np.max(activity))
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)

@@ -9,6 +9,7 @@ from belt_ros.estimation.load import LoadWander
 from belt_ros.estimation.measurement import Sensor
 from belt_ros.estimation.process import Wander
 from belt_ros.estimation.sensing import Sensed
+from belt_ros.estimation.state import Index, slip_per_pull
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
@@ -33,8 +34,8 @@ class LoadFollowing:
         self._rims = np.full(2, math.nan)  # speeds last read and not yet used [m/s] ...
         self._variances = np.zeros(2)  # ... and their variances
 
-    def follow(self, sensed: Sensed, speed: float, wander: Wander, dt: float) -> _Floats:
-        """Take in what was sensed at the end of a step of `dt` [s], at driver speed [rad/s].
+    def follow(self, sensed: Sensed, state: _Floats, wander: Wander, dt: float) -> _Floats:
+        """Take in what was sensed at the end of a step of `dt` [s], from a state (12,) on.
 
         Returns
         -------
@@ -43,13 +44,13 @@ class LoadFollowing:
         """
         c = self._constants
         ahead, variance = self._ahead(sensed)
-        rim = max(c.driver_radius * abs(speed), _SLOW)
-        strain = rim * wander.torque / (c.driver_radius * c.axial_stiffness)
+        rim = max(c.driver_radius * abs(float(state[Index.DRIVER_SPEED])), _SLOW)
+        slip = rim * slip_per_pull(c, state) * wander.torque / c.driver_radius
         torques, noise = sensed.values[_TORQUES], sensed.variances[_TORQUES]
         return self._wander.follow(
             np.array((*torques, ahead)),
             np.array((*noise, variance)),
-            np.array((wander.torque, wander.torque, strain)),
+            np.array((wander.torque, wander.torque, slip)),
             np.array((0.0, 0.0, wander.creep * abs(ahead))),
             dt,
         )

@@ -32,6 +32,7 @@ from belt_ros.mechanics.motion import (
     Condition,
     Motion,
     belt_in,
+    predicted_slip,
     pull_along,
     rim_speed,
     slip_of_creep,
@@ -82,6 +83,7 @@ STATES = len(Index)
 READINGS = len(Reading)
 _LOG_LIMIT = 60.0
 _ROUNDING = 1.0 + 1e-6
+_TELLING_PULL = 0.05  # over the tension; at less, creep is too small to be told per pull
 
 
 @compiled
@@ -175,6 +177,17 @@ def step_direction(c: DriveConstants, state: _Floats, dt: float) -> _Floats:
     direction[8] = -gain * c.driven_radius * state[1]
     direction[10] = -gain * max(abs(v1), abs(v2))
     return direction
+
+
+@compiled
+def slip_per_pull(c: DriveConstants, state: _Floats) -> float:
+    """Slip [-] per pull [1/N] of steady creep, by a state (12,); at least the belt's own strain."""
+    condition = _condition(state)
+    pull = max(abs(state[2]), _TELLING_PULL * condition.tension)
+    motion = Motion(state[0], state[1], math.copysign(pull, state[2]))
+    creep: float = abs(predicted_slip(c, motion, condition)) / pull
+    strain: float = 1.0 / c.axial_stiffness
+    return max(creep, strain)
 
 
 class _Steady(NamedTuple):

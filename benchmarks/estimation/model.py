@@ -20,7 +20,7 @@ from belt_ros.estimation.process import (
     drift_wander,
     prior_state,
 )
-from belt_ros.estimation.state import STATES, Index, Reading, propagate, read
+from belt_ros.estimation.state import STATES, Index, Reading, propagate, read, slip_per_pull
 from belt_ros.mechanics.constants import drive_constants
 from belt_ros.settings import DriveSettings
 from benchmarks.estimation.judged import QUANTITIES, Quantities
@@ -55,11 +55,14 @@ class DriveModel:
         radii = np.array([c.driver_radius, -c.driven_radius])
         ahead = radii @ z[:2]
         speed = max(abs(c.driver_radius * z[0]), _SLOW)
-        strain = speed * torque / (c.driver_radius * c.axial_stiffness)
+        state = _whole(self.mean[np.newaxis])[0]
+        state[[Index.DRIVER_SPEED, Index.DRIVEN_SPEED]] = z[:2]
+        state[Index.PULL] = z[2] / c.driver_radius
+        slip = speed * slip_per_pull(c, state) * torque / c.driver_radius
         return self._load.follow(
             np.append(z[2:], ahead),
             np.append(variance[2:], radii**2 @ variance[:2]),
-            np.array([torque, torque, strain]),
+            np.array([torque, torque, slip]),
             np.array([0.0, 0.0, self._wander.creep * abs(ahead)]),
             dt,
         )

@@ -155,7 +155,7 @@ def test_with_a_hub_load_a_loss_of_tension_is_found_and_mu_is_not_blamed(
 ) -> None:
     estimate, truth = lost(settings, seed, 30.0, tension=264.0).outputs[-1].estimate, 264.0
     assert within(estimate.mean_tension, truth, 3.0)
-    assert estimate.mean_tension.stddev < 0.011 * truth
+    assert estimate.mean_tension.stddev < 0.012 * truth
     assert within(estimate.friction_coefficient, 1.2, 2.5)
 
 

@@ -11,7 +11,7 @@ from benchmarks.alarms import hours, ramps
 from benchmarks.alarms.report import hours_sections, ramp_sections
 from benchmarks.estimation import campaign, report, store
 
-_RAMPS, _HOURS = 200, 96  # runs of a case, and of a belt: 96 of 900 s are 24 h
+_RAMPS, _HOURS = 200, 32  # runs of a case, and of a belt: 3 times 32 of 900 s are 24 h
 
 
 def main() -> None:

@@ -1,5 +1,7 @@
 """What is held to be known of the belt: to start from, now, and while sensors do not fit."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from belt_ros.estimation.ageing import MOTION, in_motion
@@ -15,6 +17,7 @@ from belt_ros.estimation.traction import Reference, traction_reference
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
+_IMPOSSIBLE = 1e-100
 
 
 class Credence:
@@ -126,7 +129,15 @@ class Credence:
     def _either(self, present: list[Component]) -> list[Component]:
         """Return what is known if sensors may have been wrong."""
         f = self._filter
-        return either(present, [in_motion(b, f.x, f.covariance) for b in self._earlier])
+        earlier = [in_motion(b, f.x, f.covariance) for b in self._earlier]
+        return either(present, earlier, self._plausibility)
+
+    def _plausibility(self, belief: Sequence[Component]) -> float:
+        """How plausible a belief is by the creep error that it takes to explain the sensors."""
+        spread = float(self._filter.prior_stddev[Index.CREEP_ERROR])
+        weights = normalised(np.array([member.log_weight for member in belief]))
+        off = np.array([member.mean[Index.CREEP_ERROR] for member in belief]) / spread
+        return max(float(weights @ np.exp(-0.5 * off**2)), _IMPOSSIBLE)
 
     def _traction_reference(self, belief: list[Component] | None) -> Reference:
         f = self._filter

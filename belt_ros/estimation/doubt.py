@@ -30,6 +30,7 @@ _ASKED_AFTER = 0.2  # ... this share of the time for which they have not
 _DECIDED = 5.0  # [s] after which the data have decided ...
 _NEGLIGIBLE = 1e-4  # ... against members of this weight
 _ROW = 30.0  # [s] at most between misfits that belong together
+_LEAST_CREDIT = 1e-12  # so that weights stay numbers
 _PRESENT = 0.2  # probability that the belt has changed rather than a sensor: that surprises less
 
 
@@ -119,15 +120,21 @@ class Doubt:
             self._before = [*self._before[:1], latest]
 
 
-def either(present: Sequence[Component], before: Sequence[Sequence[Component]]) -> list[Component]:
+def either(
+    present: Sequence[Component],
+    before: Sequence[Sequence[Component]],
+    plausibility: Callable[[Sequence[Component]], float],
+) -> list[Component]:
     """Return the belief that one of several holds: the present one, or one of those before.
 
-    The present one has a probability of `_PRESENT`; those before are as likely as each other.
+    The present one has a probability of `_PRESENT`, or less where it is less plausible by itself
+    than those before; these are as likely as each other.
     """
     if not before:
         return list(present)
     share = (1.0 - _PRESENT) / len(before)
-    mixed = _weighing(present, _PRESENT)
+    credit = plausibility(present) / max(plausibility(belief) for belief in before)
+    mixed = _weighing(present, _PRESENT * min(max(credit, _LEAST_CREDIT), 1.0))
     for belief in before:
         mixed += _weighing(belief, share)
     return mixed

@@ -187,11 +187,14 @@ def test_a_faulty_sensor_raises_its_own_alarm_and_none_of_the_belt(
     assert not last_of(faulty).acknowledged
 
 
-def test_the_belt_is_not_blamed_while_a_sensor_is_only_just_suspected(run: Runner) -> None:
-    # The load moves at once, and the misfit takes some time to be certain.
+@pytest.mark.parametrize("seed", range(5, 9))
+def test_the_belt_is_not_blamed_while_a_sensor_is_only_just_suspected(
+    run: Runner, seed: int
+) -> None:
+    # The load moves at once, and the misfit takes some time to be certain; nor after it.
     moving = [[1.8, 0.0], [2.0, 22.0], [3.0, 22.0], [3.75, 38.0], [4.5, 22.0]]
     stuck = {"at": 3.0, "kind": "stuck", "sensor": "driven_encoder", "duration": 2.0}
-    raised = raised_in(run(**{**SCENARIO, "load": moving}, faults=[stuck]))
+    raised = raised_in(run(**{**SCENARIO, "load": moving, "seed": seed}, faults=[stuck]))
     assert Condition.SENSOR_IMPLAUSIBLE in raised
     assert not OF_THE_BELT & set(raised), raised
 

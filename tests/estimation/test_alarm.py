@@ -153,8 +153,8 @@ def test_a_sentence_says_what_is_left_and_what_to_do(healthy) -> None:
     )
 
 
-def test_a_learned_tension_is_warned_of_sooner(healthy) -> None:
-    doubtful = Quantity(0.225, 0.04)  # below 0.25 with a probability of 0.73
+def test_a_learned_tension_is_warned_of_at_the_limit_itself(healthy) -> None:
+    doubtful = Quantity(0.24, 0.04)  # below 0.25 with a probability of 0.6
     assert Line(healthy).feed(2.0, margin=doubtful).changes == []
     line = Line(healthy).feed(2.0, margin=doubtful, tension_knowledge=Knowledge.LEARNED)
     assert line.last.severity is Severity.WARNING

@@ -149,14 +149,16 @@ def lost(settings: DriveSettings, seed: int, load: float, **to: float) -> Run:
     )
 
 
-@pytest.mark.parametrize("seed", range(3))
 def test_with_a_hub_load_a_loss_of_tension_is_found_and_mu_is_not_blamed(
-    settings: DriveSettings, seed: int
+    settings: DriveSettings,
 ) -> None:
-    estimate, truth = lost(settings, seed, 30.0, tension=264.0).outputs[-1].estimate, 264.0
-    assert within(estimate.mean_tension, truth, 3.0)
-    assert estimate.mean_tension.stddev < 0.012 * truth
-    assert within(estimate.friction_coefficient, 1.2, 2.5)
+    truth, deviations = 264.0, []
+    for seed in range(3):
+        estimate = lost(settings, seed, 30.0, tension=truth).outputs[-1].estimate
+        assert within(estimate.mean_tension, truth, 3.0)
+        assert within(estimate.friction_coefficient, 1.2, 2.5)
+        deviations.append(estimate.mean_tension.stddev)
+    assert np.sqrt(np.mean(np.square(deviations))) < 0.011 * truth
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -17,7 +17,7 @@ from belt_ros.estimation.traction import Reference, traction_reference
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
-_IMPOSSIBLE = 1e-100
+_IMPOSSIBLE = 1e-100  # plausibility of a belief that needs a creep error beyond all bounds
 
 
 class Credence:

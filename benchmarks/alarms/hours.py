@@ -48,13 +48,15 @@ def truly_lost(row: Hours) -> bool:
     return row.traction < SHARE
 
 
-def hours_scenario(case: Case, settings: DriveSettings, seed: int) -> tuple[Scenario, Drawn]:
-    """Return a run under varying load, and what its belt is."""
+def hours_scenario(
+    case: Case, settings: DriveSettings, seed: int, duration: float
+) -> tuple[Scenario, Drawn]:
+    """Return a run of `duration` [s] under varying load, and what its belt is."""
     random = np.random.default_rng([case.seed, seed, 1])
-    condition = drawn_condition(random, settings, DURATION)
+    condition = drawn_condition(random, settings, duration)
     speed = BELTS[case.belt].speed
     points = [[0.0, 0.0], [_BEGIN, 0.0]]
-    while points[-1][0] < DURATION - _LEVEL[1] - _CHANGE[1]:
+    while points[-1][0] < duration - _LEVEL[1] - _CHANGE[1]:
         at = points[-1][0] + random.uniform(*_CHANGE)
         end = at + random.uniform(*_LEVEL)
         least = min(condition.capacity(settings, t, speed) for t in (points[-1][0], at, end))
@@ -62,7 +64,7 @@ def hours_scenario(case: Case, settings: DriveSettings, seed: int) -> tuple[Scen
         points += [[at, torque], [end, torque]]
     values: dict[str, object] = {
         "name": case.name,
-        "duration": DURATION,
+        "duration": duration,
         "sample_rate": RATE,
         "speed": [[0.0, 0.0], [1.0, speed]],
         "load": points,
@@ -70,10 +72,10 @@ def hours_scenario(case: Case, settings: DriveSettings, seed: int) -> tuple[Scen
     return scenario_of(random, settings, condition, values), condition
 
 
-def run_hours(case: Case, seed: int) -> list[Hours]:
-    """Run the alarms under varying load."""
+def run_hours(case: Case, seed: int, duration: float = DURATION) -> list[Hours]:
+    """Run the alarms under `duration` [s] of varying load."""
     settings = case.settings(seed)
-    scenario, condition = hours_scenario(case, settings, seed)
+    scenario, condition = hours_scenario(case, settings, seed, duration)
     monitor = settings.monitor()
     raw = RawSlip(settings, _BEGIN)
     counts: dict[Condition, int] = {}
@@ -84,7 +86,7 @@ def run_hours(case: Case, seed: int) -> list[Hours]:
             counts[each.condition] = max(counts.get(each.condition, 0), each.count)
     speed = BELTS[case.belt].speed
     told = _capacity_as_told(settings, speed)
-    times = np.linspace(0.0, DURATION, 46)
+    times = np.linspace(0.0, duration, 46)
     traction = min(condition.capacity(settings, float(t), speed) for t in times) / told
     return [
         Hours(
@@ -92,7 +94,7 @@ def run_hours(case: Case, seed: int) -> list[Hours]:
             case.name,
             seed,
             SOURCES,
-            DURATION,
+            duration,
             traction,
             raw.greatest,
             tuple(counts.get(each, 0) for each in CONDITIONS),

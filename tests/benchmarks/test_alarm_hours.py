@@ -11,11 +11,8 @@ DRIVES = [("paper", 1), ("paper", 7)]
 
 
 @pytest.mark.parametrize(("belt", "seed"), DRIVES)
-def test_a_load_that_ramps_is_not_taken_for_a_faulty_sensor(
-    belt: str, seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(hours, "DURATION", 100.0)
-    (run,) = hours.run_hours(Case(belt, 2e8), seed)
+def test_a_load_that_ramps_is_not_taken_for_a_faulty_sensor(belt: str, seed: int) -> None:
+    (run,) = hours.run_hours(Case(belt, 2e8), seed, duration=100.0)
     raised = dict(zip(hours.CONDITIONS, run.raised, strict=True))
     assert raised[Condition.SENSOR_IMPLAUSIBLE] == 0
     assert raised[Condition.ESTIMATOR_LOST] == 0

@@ -41,6 +41,7 @@ bench-coverage: setup  ## measure whether stated intervals hold the truth
 
 bench-estimation: setup  ## judge the estimator: grid, life, finite elements, others, cost; resumable
 	@$(VENV)/python -m benchmarks.estimation grid $(BENCH_ARGS)
+	@$(VENV)/python -m benchmarks.estimation near $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation life $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation elements $(BENCH_ARGS)
 	@$(VENV)/python -m benchmarks.estimation peers $(BENCH_ARGS)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from belt_ros.settings import DriveSettings, settings_from_parameters
 
 STIFFNESSES = (1e7, 2.8e7, 8.1e7, 2e8, 4e8)  # prior median of kf [N/m2]
-PEAKS = (0.30, 0.60, 0.85, 0.97)  # of the true capacity
+PEAKS = (0.30, 0.60, 0.85, 0.97)  # of the capacity
 LOG_TENSION_STDDEV = 0.3  # of the prior ...
 LOG_FRICTION_STDDEV = 0.05
 STIFFNESS_DECADES = 0.304  # 0.7 in ln kf

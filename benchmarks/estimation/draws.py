@@ -93,23 +93,39 @@ def scenario_of(
 
 
 def drawn_scenario(
-    cell: Cell, settings: DriveSettings, seed: int, *, rate: float = RATE
+    cell: Cell,
+    settings: DriveSettings,
+    seed: int,
+    *,
+    rate: float = RATE,
+    of_true_capacity: bool = False,
 ) -> Scenario:
     """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
 
-    The levels of the load are shares of the true capacity when they begin, the greatest that of the
-    cell. `rate` [Hz] changes nothing but how often the sensors speak.
+    The levels of the load are shares of the capacity that the settings tell, the greatest that of
+    the cell; a drive that would slip through is drawn again. Nothing is hidden from the estimator
+    by that: such a drive shows itself. With `of_true_capacity`, levels are shares of the drive's
+    own capacity when they begin, and that is what no estimator can know. `rate` [Hz] changes
+    nothing but how often the sensors speak.
     """
     random = np.random.default_rng([cell.seed, seed])
-    condition = drawn_condition(random, settings, DURATION)
     speed = BELTS[cell.belt].speed
-    capacities = [condition.capacity(settings, t, speed) for t in _LEVELS_BEGIN]
+    if of_true_capacity:
+        condition = drawn_condition(random, settings, DURATION)
+        capacities = [condition.capacity(settings, t, speed) for t in _LEVELS_BEGIN]
+        load = _load(random, cell.peak, capacities)
+    else:
+        told = _told(settings).capacity(settings, 0.0, speed)
+        load = _load(random, cell.peak, [told] * len(_LEVELS_BEGIN))
+        condition = drawn_condition(random, settings, DURATION)
+        while _slips_through(condition, settings, speed, load):
+            condition = drawn_condition(random, settings, DURATION)
     values: dict[str, object] = {
         "name": cell.name,
         "duration": DURATION,
         "sample_rate": rate,
         "speed": [[0.0, 0.0], [_SPEED_UP, speed]],
-        "load": _load(random, cell.peak, capacities),
+        "load": load,
     }
     return scenario_of(random, settings, condition, values)
 
@@ -133,6 +149,22 @@ def _walk(
     for i in range(1, times.size):
         away[i] = memory * away[i - 1] + math.sqrt(1.0 - memory**2) * random.standard_normal()
     return np.exp(mean + spread * away)
+
+
+def _told(settings: DriveSettings) -> Condition:
+    """Return the belt as the settings tell it, for ever."""
+    prior = settings.prior
+    values = (0.0, prior.tension, prior.friction_coefficient, prior.friction_stiffness)
+    return Condition(*(np.array([value]) for value in values))
+
+
+def _slips_through(
+    condition: Condition, settings: DriveSettings, speed: float, load: list[list[float]]
+) -> bool:
+    times, torques = np.transpose(load)
+    loads = np.interp(condition.times, times, torques)
+    capacities = [condition.capacity(settings, float(t), speed) for t in condition.times]
+    return bool(np.any(loads >= capacities))
 
 
 def _load(random: np.random.Generator, peak: float, capacities: list[float]) -> list[list[float]]:

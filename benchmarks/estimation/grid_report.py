@@ -30,11 +30,9 @@ _ENOUGH_NEES = 0.90
 
 def grid_sections(rows: list[Row]) -> list[str]:
     """Return the grid campaign's tables."""
-    cells = {name: held(group) for name, group in by_case(rows).items()}
-    fewest = min(cell.runs for cell in cells.values())
+    cells = _cells(rows)
     return [
-        f"{len(cells)} cells of at least {fewest} runs, {len({row.time for row in rows})} instants "
-        "each.",
+        _counts(cells, rows),
         "",
         *_verdicts(cells),
         "",
@@ -48,9 +46,19 @@ def grid_sections(rows: list[Row]) -> list[str]:
     ]
 
 
+def near_sections(rows: list[Row]) -> list[str]:
+    """Return the tables of loads that are shares of the true capacity; nothing is asked of them."""
+    return [_counts(_cells(rows), rows), "", *_pooled(rows)]
+
+
+def near_files(rows: list[Row]) -> dict[str, Figure | str]:
+    """Return one line a cell as a file."""
+    return {"estimation_near_cells.csv": _cells_file(_cells(rows))}
+
+
 def grid_files(rows: list[Row]) -> dict[str, Figure | str]:
     """Return one line a cell as a file, and the pictures."""
-    cells = {name: held(group) for name, group in by_case(rows).items()}
+    cells = _cells(rows)
     return {
         "estimation_grid_cells.csv": _cells_file(cells),
         "estimation_coverage.png": cell_maps(
@@ -74,6 +82,16 @@ def grid_files(rows: list[Row]) -> dict[str, Figure | str]:
             colours="RdBu_r",
         ),
     }
+
+
+def _cells(rows: list[Row]) -> dict[str, Held]:
+    return {name: held(group) for name, group in by_case(rows).items()}
+
+
+def _counts(cells: dict[str, Held], rows: list[Row]) -> str:
+    fewest = min(cell.runs for cell in cells.values())
+    instants = len({row.time for row in rows})
+    return f"{len(cells)} cells of at least {fewest} runs, {instants} instants each."
 
 
 def _verdicts(cells: dict[str, Held]) -> list[str]:

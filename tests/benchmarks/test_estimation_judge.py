@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
+from belt_ros.mechanics import torque_capacity
 from belt_ros.rig import measured
 from benchmarks.estimation import campaign, store
-from benchmarks.estimation.cells import Cell, all_cells, cell_settings
+from benchmarks.estimation.cells import BELTS, Cell, all_cells, cell_settings
 from benchmarks.estimation.draws import JUDGED_AT, RATE, drawn_scenario
 from benchmarks.estimation.judged import QUANTITIES, Row, judge
 from benchmarks.estimation.kalman import Extended, Stock
@@ -37,13 +38,41 @@ def test_a_draw_is_the_same_every_time() -> None:
     assert list(islice(runs[0], 100)) == list(islice(runs[1], 100))
 
 
-def test_load_peaks_at_the_share_of_capacity_that_the_cell_says() -> None:
+def test_near_capacity_the_load_peaks_at_the_share_of_the_drives_own_that_the_cell_says() -> None:
     for cell in SLICE:
         settings = cell_settings(cell)
-        margins = [
-            truth.margin for _, truth in measured(settings, drawn_scenario(cell, settings, 1))
-        ]
+        scenario = drawn_scenario(cell, settings, 1, of_true_capacity=True)
+        margins = [truth.margin for _, truth in measured(settings, scenario)]
         assert min(margins[round(1.1 * RATE) :]) == pytest.approx(1.0 - cell.peak, abs=0.02)
+
+
+def test_the_load_peaks_at_the_cells_share_of_the_told_capacity_whatever_the_drive_is() -> None:
+    for cell in SLICE:
+        settings = cell_settings(cell)
+        peaks = [max(drawn_scenario(cell, settings, k).profiles[1].values) for k in range(5)]
+        told = torque_capacity(settings.drive, settings.prior.tension, BELTS[cell.belt].speed)
+        assert peaks == pytest.approx([cell.peak * told] * 5)
+
+
+def test_no_drive_of_the_grid_slips_through() -> None:
+    cell = SLICE[2]  # at 97 % of the told capacity
+    settings = cell_settings(cell)
+    for seed in range(5):
+        margins = [
+            truth.margin for _, truth in measured(settings, drawn_scenario(cell, settings, seed))
+        ]
+        assert min(margins) > 0.0
+
+
+def test_drives_that_would_slip_through_are_those_that_are_drawn_again() -> None:
+    light, heavy = (Cell("paper", 8.1e7, peak, "fine") for peak in (0.30, 0.97))
+    means = []
+    for cell in (light, heavy):
+        settings = cell_settings(cell)
+        tensions = [drawn_scenario(cell, settings, k).profiles[2].values[0] for k in range(60)]
+        means.append(np.mean(np.log(tensions)) - math.log(settings.prior.tension))
+    assert means[0] == pytest.approx(-0.5 * math.log1p(0.3**2), abs=0.12)  # median is below mean
+    assert means[1] > 0.1
 
 
 def test_the_drawn_drive_is_not_the_one_that_the_estimator_is_told() -> None:

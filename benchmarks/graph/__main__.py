@@ -34,7 +34,10 @@ def _latency(asked: argparse.Namespace) -> list[Any]:
     return [
         turn
         for rate in rates
-        for turn in run_latency(asked.params, rate, asked.seconds or 60.0, asked.depth)
+        for steady in (False, True)
+        for turn in run_latency(
+            asked.params, rate, asked.seconds or 60.0, asked.depth, steady=steady
+        )
     ]
 
 

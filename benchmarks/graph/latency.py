@@ -14,7 +14,7 @@ from benchmarks.graph.bench import INPUT, STATE, bench
 from benchmarks.graph.counter import Heard
 from benchmarks.graph.plan import Block, Plan, Sent
 from benchmarks.graph.rate import answered_together
-from benchmarks.graph.signals import loaded
+from benchmarks.graph.signals import CHANGING, STEADY, loaded
 
 NODE, RELAY = "node", "relay"
 BLOCK = 12.0  # [s] before it is the other's turn: two cycles of the load
@@ -38,10 +38,12 @@ class Turn(NamedTuple):
     processor: float  # per message [us]
 
 
-def run_latency(params: Path, rate: float, seconds: float, depth: int) -> list[Turn]:
+def run_latency(
+    params: Path, rate: float, seconds: float, depth: int, *, steady: bool
+) -> list[Turn]:
     """Measure at `rate` [Hz], `seconds` for each of the two, in turns."""
     settings = load_settings(params)
-    cycle = loaded(settings, rate)
+    cycle = loaded(settings, rate, STEADY if steady else CHANGING)
     together = answered_together(settings, rate)
     turns = _WARM + max(round(seconds / BLOCK), 1)
     with bench() as place:
@@ -53,7 +55,7 @@ def run_latency(params: Path, rate: float, seconds: float, depth: int) -> list[T
         )
         plan = Plan(cycle.joints, cycle.save(place.folder), pair * turns)
         sent, (states, relayed), _ = place.run(plan, (STATE, relay.TOPICS[1]), node)
-    case = f"{rate:g} Hz"
+    case = f"{rate:g} Hz{', steady load' if steady else ''}"
     pooled = (together - 1) / rate
     rows = []
     for number in range(_WARM, turns):

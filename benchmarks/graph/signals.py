@@ -12,10 +12,10 @@ from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.settings import DriveSettings
 
 SPEED = 120.0  # [rad/s]
-_LEVELS = (0.3, 0.8, 0.5)  # of the capacity
+CHANGING, STEADY = (0.3, 0.8, 0.5), (0.5,) * 3  # levels of the load, of the capacity
 _LEVEL = 2.0  # [s] that each lasts
 _RISE = 0.2  # [s] from one to the next
-_DURATION = _LEVEL * len(_LEVELS)
+_DURATION = _LEVEL * len(CHANGING)
 _SETTLED = 1.0  # [s] of running before the cycle begins
 
 _Floats = NDArray[np.float64]
@@ -44,11 +44,11 @@ class Cycle(NamedTuple):
         return str(path)
 
 
-def loaded(settings: DriveSettings, rate: float) -> Cycle:
-    """Return a drive that is loaded in levels, sampled at `rate` [Hz]."""
+def loaded(settings: DriveSettings, rate: float, levels: tuple[float, ...] = CHANGING) -> Cycle:
+    """Return a drive that is loaded in three levels, sampled at `rate` [Hz]."""
     capacity = float(torque_capacity(settings.drive, settings.prior.tension, SPEED))
-    load = [[0.0, _LEVELS[-1] * capacity]]
-    for number, share in enumerate(_LEVELS):
+    load = [[0.0, levels[-1] * capacity]]
+    for number, share in enumerate(levels):
         begin = _SETTLED + _LEVEL * number
         load += [[begin, load[-1][1]], [begin + _RISE, share * capacity]]
     values: dict[str, object] = {

@@ -26,9 +26,9 @@ PARTS = {
             "The node beside a bare relay",
             f"{_PROCESSES}The relay takes the same joint states in, by the same executor, and "
             "gives out a belt state of which only the stamp is new. Both are sent to by turns of "
-            f"{latency.BLOCK:g} s; ratios are medians over neighbouring turns. The load changes every "
-            "two seconds; where it is steady, most messages only wait for the next step, and still "
-            "have a state each.",
+            f"{latency.BLOCK:g} s; ratios are medians over neighbouring turns. The load changes "
+            "every two seconds; where it is steady, most messages only wait for the next step, and "
+            "still have a state each.",
             latency.Turn,
             latency.latency_verdicts,
             latency.latency_lines,

@@ -56,8 +56,8 @@ CAMPAIGNS = (
     Campaign(
         "grid",
         "The estimator on a grid of kf and load",
-        "Three belts, five kf, four peak loads (shares of the capacity that the estimator is told; "
-        "drives that would slip through are drawn again), two levels of noise. "
+        "Three belts, five kf, four peak loads (shares of the capacity that the estimator is told, "
+        "the peak first; drives that would slip through are drawn again), two levels of noise. "
         f"{_A_RUN} z: error over stated deviation; +/-: 95 %, taking all instants of a run as one; "
         "NEES: from the whole covariance of ln T, ln kf and ln mu.",
         200,
@@ -69,8 +69,8 @@ CAMPAIGNS = (
     Campaign(
         "near",
         "The grid, near the true capacity",
-        "The same cells, but levels are shares of the drive's true capacity, which no estimator is "
-        f"told: exact inference need not hold 95 % here. {_A_RUN}",
+        "The same cells, but levels are shares of the drive's true capacity, in any order. No "
+        f"estimator is told of that, and exact inference need not hold 95 % here. {_A_RUN}",
         7,
         grid.near_jobs,
         ROWS,

@@ -102,11 +102,12 @@ def drawn_scenario(
 ) -> Scenario:
     """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
 
-    The levels of the load are shares of the capacity that the settings tell, the greatest that of
-    the cell; a drive that would slip through is drawn again. Nothing is hidden from the estimator
-    by that: such a drive shows itself. With `of_true_capacity`, levels are shares of the drive's
-    own capacity when they begin, and that is what no estimator can know. `rate` [Hz] changes
-    nothing but how often the sensors speak.
+    The levels of the load are shares of the capacity that the settings tell, the first of them that
+    of the cell and the others less; a drive that would slip through is drawn again. Nothing is
+    hidden from the estimator by that, since at the first instant that is judged it has seen how the
+    greatest load was carried. With `of_true_capacity`, levels are shares of the drive's own
+    capacity when they begin, in any order, and that is what no estimator can know. `rate` [Hz]
+    changes nothing but how often the sensors speak.
     """
     random = np.random.default_rng([cell.seed, seed])
     speed = BELTS[cell.belt].speed
@@ -116,7 +117,7 @@ def drawn_scenario(
         load = _load(random, cell.peak, capacities)
     else:
         told = _told(settings).capacity(settings, 0.0, speed)
-        load = _load(random, cell.peak, [told] * len(_LEVELS_BEGIN))
+        load = _load(random, cell.peak, [told] * len(_LEVELS_BEGIN), greatest=0)
         condition = drawn_condition(random, settings, DURATION)
         while _slips_through(condition, settings, speed, load):
             condition = drawn_condition(random, settings, DURATION)
@@ -167,10 +168,12 @@ def _slips_through(
     return bool(np.any(loads >= capacities))
 
 
-def _load(random: np.random.Generator, peak: float, capacities: list[float]) -> list[list[float]]:
-    """Draw one level for each of `capacities`, one of them the peak."""
+def _load(
+    random: np.random.Generator, peak: float, capacities: list[float], greatest: int | None = None
+) -> list[list[float]]:
+    """Draw one level for each of `capacities`, the `greatest` of them, or any, being the peak."""
     shares = peak * random.uniform(0.1, 1.0, len(capacities))
-    shares[random.integers(len(capacities))] = peak
+    shares[random.integers(len(capacities)) if greatest is None else greatest] = peak
     slow = random.integers(len(capacities))
     points = [[0.0, 0.0]]
     for number, (begin, share, capacity) in enumerate(

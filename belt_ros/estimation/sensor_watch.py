@@ -173,7 +173,7 @@ class SensorWatch:
                 "sensors, their wiring and units"
             )
         if self._worst_misfit >= _HALF * settings.implausible_misfit:
-            sensor = _NAMES[Index(int(np.argmax(self._misfits)))]
+            sensor = _NAMES[max(_NAMES, key=self._misfits.__getitem__)]
             return (
                 f"what is measured does not fit together, which shows in the {sensor}: check for "
                 "a sensor that is stuck, late or of the wrong sign or scale"

@@ -81,19 +81,25 @@ class Reading(IntEnum):
 
 STATES = len(Index)
 READINGS = len(Reading)
-_LOG_LIMIT = 60.0
+# Beyond these, which no drive comes near, the mechanics has no digits left.
+_TENSIONS, _STIFFNESSES, _FRICTIONS = (-14.0, 28.0), (-2.0, 39.0), (-14.0, 3.4)  # logarithms
 _ROUNDING = 1.0 + 1e-6
 _TELLING_PULL = 0.05  # over the tension; at less, creep is too small to be told per pull
 
 
 @compiled
-def _bounded_exp(value: float) -> float:
-    return math.exp(min(max(value, -_LOG_LIMIT), _LOG_LIMIT))
+def _bounded_exp(value: float, limits: tuple[float, float]) -> float:
+    return math.exp(min(max(value, limits[0]), limits[1]))
 
 
 @compiled
 def _condition(row: _Floats) -> Condition:
-    return _on_belt(row, _bounded_exp(row[5]), _bounded_exp(row[7]), _bounded_exp(row[6]))
+    return _on_belt(
+        row,
+        _bounded_exp(row[5], _TENSIONS),
+        _bounded_exp(row[7], _FRICTIONS),
+        _bounded_exp(row[6], _STIFFNESSES),
+    )
 
 
 @compiled

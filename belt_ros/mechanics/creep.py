@@ -47,6 +47,7 @@ _STEP_ENOUGH = 1e-6
 _BESIDE_LIMIT = 0.1
 _PART_OF_GAP = 1e-3
 _SURELY_BELOW = 0.99
+_LEAST_TRACTION = 1e-9  # below it, a subnormal pull has too few digits to tell the slack tension
 
 
 class Creep(NamedTuple):
@@ -140,8 +141,11 @@ def tensions_at_pull(
     slack = slack_at_pull(c, pull, belt.held, belt.lift)
     if c.tensioning == FIXED_CENTRES and pull > 0.0 and belt.grips:
         held = min(pull, capacity)
-        traction = loaded_at_pull(c, belt, held, near).traction
-        slack = held / math.expm1(traction) - 0.5 * (pull - held)
+        state = loaded_at_pull(c, belt, held, near)
+        slack = state.slack - belt.lift
+        if state.traction > _LEAST_TRACTION:
+            slack = held / math.expm1(state.traction)
+        slack -= 0.5 * (pull - held)
     return slack + belt.lift, slack + belt.lift + stretch * pull
 
 

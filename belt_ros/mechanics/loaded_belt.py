@@ -175,6 +175,8 @@ def belt_on_pulleys(
 @compiled
 def near_on(belt: MountedBelt, solved: MountedBelt, near: Near) -> Near:
     """Return what is near on one belt from what is near on another, which `solved` is."""
+    if not (solved.grips and math.isfinite(near.shift)):
+        return UNKNOWN
     r, g = near.receiving, near.giving
     r_scale = belt.receiving.shape.wrap / solved.receiving.shape.wrap
     g_scale = belt.giving.shape.wrap / solved.giving.shape.wrap

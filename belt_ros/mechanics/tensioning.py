@@ -24,6 +24,8 @@ from belt_ros.mechanics.constants import (
 )
 
 _SECANT_STEPS = 20
+_LEAST_RATE, _MOST_RATE = 0.05, 20.0  # times that of the linear law: others are rounding
+_NO_TAUTER = 1.0 + 1e-6  # times the unloaded tension; the slack span is below it
 _NEAR = 1e-7  # relative change after which a rate from near by leaves an error below 1e-10
 
 
@@ -105,12 +107,23 @@ def fixed_centres_slack(
     gained += giving.unit * (growth * given + rise * giving.wrap)
     gained_slope = receiving.unit * received_slope + c.span_length * growth
     gained_slope += giving.unit * growth * (given + given_slope + giving.wrap)
+    # Where contact is absurdly soft or belts are absurdly stiff, rounding leaves nothing of these.
+    gained = _within(gained, rise * path)
+    gained_slope = _within(gained_slope, growth * path)
     shape = 1.0 + gained / (share * path)
     slack = (held - lift) / shape
     slope = -gained_slope / (share * path * shape)
     if c.exact_strain and slack > 0.0:
         slack, near = _refined(c, slack, held, lift, growth, shape, receiving, giving, near)
     return slack, slack * slope, near
+
+
+@compiled
+def _within(value: float, most: float) -> float:
+    """Return a value between 0 and `most` where it is; half of that for what is no number."""
+    if math.isnan(value):
+        return 0.5 * most
+    return min(max(value, 0.0), most)
 
 
 @compiled
@@ -138,13 +151,16 @@ def _refined(
         error = _unstretched(c, slack, lift, growth, receiving, giving) - installed
         # A difference that rounding has eaten says nothing of the rate.
         if step > 0 and abs(slack - before) > _NEAR * slack:
-            rate = (error - error_before) / (slack - before)
-            known = True
+            found = (error - error_before) / (slack - before)
+            if _LEAST_RATE < found / linear_rate < _MOST_RATE:
+                rate, known = found, True
         before, error_before = slack, error
         slack = max(slack - error / rate, 0.5 * slack)
         # The error is this times that of the rate, which after a secant is nearly this as well.
         if abs(slack - before) <= (_NEAR if known else 1e-9) * slack:
             break
+    if not 0.0 < slack <= _NO_TAUTER * (held - lift):  # rounding has eaten the lengths
+        return linear, AS_LINEAR
     return slack, Tautness(slack / linear, rate / linear_rate if known else math.nan)
 
 

@@ -130,6 +130,14 @@ def test_a_block_of_the_benchmark_ends_without_a_fault(block) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("block", "messages"),
+    [(156, 50), (233, 50), (342, 50), (481, 50), (1061, 50), (1440, 100), (1790, 50)],
+)
+def test_blocks_that_once_ended_early_end_without_a_fault(block, messages) -> None:
+    assert run_messages(1, block, messages).fault == ""
+
+
 def test_the_page_names_faults() -> None:
     good = run_messages(2, 0, 50)
     page = "\n".join(sections([good, good._replace(seed=1, fault="ValueError: of something")]))

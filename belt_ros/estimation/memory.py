@@ -37,7 +37,6 @@ _BEND = (_TENSION, REMEMBERED.index(Index.LOG_STIFFNESS))  # where members must 
 _YEAR = 365.25 * 86400.0  # [s]
 _RATIO_BIAS_TIME = _YEAR  # in which a ratio bias is forgotten
 _OLD = 10.0 * _YEAR
-_FOR_EVER = 1e12  # [s]
 _LONGEST_NAME = 200
 _FARTHEST = 100.0  # mean, and
 _LEAST_VARIANCE, _GREATEST_VARIANCE = 1e-30, 1e4  # variance that a member can sensibly have
@@ -234,9 +233,10 @@ def aged(components: Sequence[Component], law: Forgetting, elapsed: float) -> li
     For each there are two: the one in which the tension has not been changed, and the one in which
     it has.
     """
-    elapsed = min(elapsed, _FOR_EVER)
-    memory = np.exp(-law.rates * elapsed)
-    gained = np.diag(law.stddev**2 * -np.expm1(-2.0 * law.rates * elapsed))
+    with np.errstate(over="ignore"):  # infinite is what it is
+        forgotten = law.rates * elapsed
+    memory = np.exp(-forgotten)
+    gained = np.diag(law.stddev**2 * -np.expm1(-2.0 * forgotten))
     stayed = -law.changes * elapsed
     changed = -math.expm1(stayed)
     log_changed = math.log(changed) if changed > 0.0 else -math.inf

@@ -45,11 +45,11 @@ _SECONDS = 1e-9
 
 
 @compiled
-def _forget_and_add(means: _Floats, seen: _Places, squared: _Floats, share: float) -> float:
-    """Let forgetting means follow the squares of those that are seen; return the greatest.
+def _forget_and_add(means: _Floats, seen: _Places, squared: _Floats, share: float) -> int:
+    """Let forgetting means follow the squares of those that are seen; return where it is greatest.
 
     Those that are not seen go back to 1, what they should be, but slowly: positions that contradict
-    the speeds are taken up anew, and then left out of every other step.
+    the speeds are taken up anew, and then left out of every other step. NaN: never seen.
     """
     fading = _FADING * share
     for i in range(means.shape[0]):
@@ -57,9 +57,14 @@ def _forget_and_add(means: _Floats, seen: _Places, squared: _Floats, share: floa
     for i in range(seen.shape[0]):
         square = min(squared[i], _CLIP)
         if square >= 0.0:
-            mean = 1.0 + (means[seen[i]] - 1.0) / (1.0 - fading)
+            before = means[seen[i]]
+            mean = 1.0 if math.isnan(before) else 1.0 + (before - 1.0) / (1.0 - fading)
             means[seen[i]] = mean + share * (square - mean)
-    return np.max(means)
+    worst = 0
+    for i in range(means.shape[0]):
+        if means[i] > means[worst] or math.isnan(means[worst]):
+            worst = i
+    return worst
 
 
 def _share(dt: float) -> float:
@@ -84,7 +89,8 @@ class SensorWatch:
     """Collects such signs, of one drive."""
 
     def __init__(self) -> None:
-        self._misfits = np.ones(STATES)  # by the state that is read
+        self._misfits = np.full(STATES, math.nan)  # by the state that is read
+        self._worst = Index.DRIVER_SPEED
         self._worst_misfit = 1.0
         self._refused = 0.0
         self._refused_sensor: Sensor | None = None
@@ -109,7 +115,9 @@ class SensorWatch:
         dt : float
         """
         share = _share(max(dt, 0.0))
-        self._worst_misfit = float(_forget_and_add(self._misfits, seen, surprises, share))
+        self._worst = Index(_forget_and_add(self._misfits, seen, surprises, share))
+        worst = float(self._misfits[self._worst])
+        self._worst_misfit = 1.0 if math.isnan(worst) else worst
 
     def accept(
         self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, longest: float
@@ -173,7 +181,7 @@ class SensorWatch:
                 "sensors, their wiring and units"
             )
         if self._worst_misfit >= _HALF * settings.implausible_misfit:
-            sensor = _NAMES[max(_NAMES, key=self._misfits.__getitem__)]
+            sensor = _NAMES[self._worst]
             return (
                 f"what is measured does not fit together, which shows in the {sensor}: check for "
                 "a sensor that is stuck, late or of the wrong sign or scale"

@@ -24,7 +24,7 @@ from belt_ros.mechanics.constants import (
 )
 
 _SECANT_STEPS = 20
-_LEAST_RATE, _MOST_RATE = 0.05, 20.0  # times that of the linear law: others are rounding
+_LEAST_RATE, _MOST_RATE = 0.02, 50.0  # times that of the linear law: others are rounding
 _NO_TAUTER = 1.0 + 1e-6  # times the unloaded tension; the slack span is below it
 _NEAR = 1e-7  # relative change after which a rate from near by leaves an error below 1e-10
 

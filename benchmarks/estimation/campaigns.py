@@ -57,7 +57,7 @@ CAMPAIGNS = (
         "grid",
         "The estimator on a grid of kf and load",
         "Three belts, five kf, four peak loads (shares of the capacity that the estimator is told, "
-        "the peak first; drives that would slip through are drawn again), two levels of noise. "
+        "the peak first; drives that would slip through it are drawn again), two levels of noise. "
         f"{_A_RUN} z: error over stated deviation; +/-: 95 %, taking all instants of a run as one; "
         "NEES: from the whole covariance of ln T, ln kf and ln mu.",
         200,
@@ -81,8 +81,8 @@ CAMPAIGNS = (
         "life",
         "The estimator through the life of a drive",
         f"{life_scripts.DURATION:g} s at {life.RATE:g} Hz: run up, loaded to 50, 80 and 50 % of "
-        "capacity, then one phase, then running on. Drives are drawn as on the grid: belts, kf and "
-        "noise levels in turn, but for the loss of tension.",
+        "their true capacity, then one phase, then running on. Drives are drawn from the priors of "
+        "the grid, belts, kf and noise levels in turn, but for the loss of tension.",
         20,
         life.jobs,
         life.FORM,

@@ -103,8 +103,8 @@ def drawn_scenario(
     """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
 
     The levels of the load are shares of the capacity that the settings tell, the first of them that
-    of the cell and the others less; a drive that would slip through is drawn again. Nothing is
-    hidden from the estimator by that, since at the first instant that is judged it has seen how the
+    of the cell and the others less; a drive that would slip through before it is first judged is
+    drawn again. Nothing is hidden from the estimator by that, since by then it has seen how the
     greatest load was carried. With `of_true_capacity`, levels are shares of the drive's own
     capacity when they begin, in any order, and that is what no estimator can know. `rate` [Hz]
     changes nothing but how often the sensors speak.
@@ -153,7 +153,7 @@ def _walk(
 
 
 def _told(settings: DriveSettings) -> Condition:
-    """Return the belt as the settings tell it, for ever."""
+    """Return the belt as the settings tell it, at all times."""
     prior = settings.prior
     values = (0.0, prior.tension, prior.friction_coefficient, prior.friction_stiffness)
     return Condition(*(np.array([value]) for value in values))
@@ -162,9 +162,10 @@ def _told(settings: DriveSettings) -> Condition:
 def _slips_through(
     condition: Condition, settings: DriveSettings, speed: float, load: list[list[float]]
 ) -> bool:
-    times, torques = np.transpose(load)
-    loads = np.interp(condition.times, times, torques)
-    capacities = [condition.capacity(settings, float(t), speed) for t in condition.times]
+    """Whether the load is more than the belt carries, before anything is judged."""
+    times = condition.times[condition.times <= JUDGED_AT[0]]
+    loads = np.interp(times, *np.transpose(load))
+    capacities = [condition.capacity(settings, float(t), speed) for t in times]
     return bool(np.any(loads >= capacities))
 
 

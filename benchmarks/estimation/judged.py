@@ -151,12 +151,14 @@ def judge(
 
 
 def _sources() -> str:
-    """Digest of the code that is judged: figures of different code are not to be mixed."""
-    root = Path(belt_ros.__file__).parent
+    """Digest of what is judged, and of what it is judged on: different code is not to be mixed."""
+    root, here = Path(belt_ros.__file__).parent, Path(__file__).parent
     digest = hashlib.sha256()
-    for package in ("mechanics", "estimation"):
+    for package in ("mechanics", "estimation", "rig"):
         for source in sorted((root / package).rglob("*.py")):
             digest.update(source.read_bytes())
+    for name in ("cells.py", "draws.py"):
+        digest.update((here / name).read_bytes())
     return digest.hexdigest()[:8]
 
 

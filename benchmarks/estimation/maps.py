@@ -60,7 +60,7 @@ def cell_maps(
             if column == 0:
                 place.set_ylabel(f"{name}\nkf [N/m²]")
             if row == len(rows) - 1:
-                place.set_xlabel("peak load")
+                place.set_xlabel("peak load / told capacity")
         _explain(figure, band, percent=percent)
     return figure
 

@@ -134,7 +134,7 @@ def test_a_block_of_the_benchmark_ends_without_a_fault(block) -> None:
     ("block", "messages"),
     [(156, 50), (233, 50), (342, 50), (481, 50), (1061, 50), (1440, 100), (1790, 50)],
 )
-def test_blocks_that_once_ended_early_end_without_a_fault(block, messages) -> None:
+def test_blocks_of_absurd_drives_end_without_a_fault(block, messages) -> None:
     assert run_messages(1, block, messages).fault == ""
 
 

@@ -20,6 +20,7 @@ _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
 _SMALLEST_PIVOT = 1e-14
 _ROUNDING = 1e-16  # of a variance
+_DROWNED = 1e-8  # share of a variance below which differences of covariances are rounding
 
 
 @compiled
@@ -182,8 +183,14 @@ def take_in(
         for i in range(n):
             for j in range(n):
                 p[i, j] -= gain[i] * rest[j] + rest[i] * gain[j]
+        left = variance[reading] / total
+        if left < _DROWNED:
+            for i in range(n):
+                p[at, i] = p[i, at] = row[i] * left
         for i in range(n):
-            p[i, i] = max(p[i, i], _ROUNDING * before[i])
+            if not p[i, i] >= _ROUNDING * before[i]:  # nothing of it is left but rounding
+                p[i, :] = p[:, i] = 0.0
+                p[i, i] = _ROUNDING * before[i]
         p[at, at] = before[at] * variance[reading] / total
     return x, p
 

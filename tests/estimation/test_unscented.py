@@ -101,6 +101,26 @@ def test_missing_sensors_leave_what_they_do_not_touch() -> None:
     assert np.all(np.diag(p)[1:] == np.diag(covariance)[1:])
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e6, 1e15])
+@pytest.mark.parametrize("seed", range(5))
+def test_however_much_a_reading_tells_covariances_stay_within_their_variances(
+    scale: float, seed: int
+) -> None:
+    random = np.random.default_rng(seed)
+    root = random.standard_normal((STATES, 3)) * 10.0 ** random.uniform(-3.0, 3.0, (STATES, 1))
+    covariance = scale**2 * np.einsum("ik,jk->ij", root, root)  # all depend on three
+    covariance = 0.5 * (covariance + covariance.T)
+    seen = np.array([Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.TRAVEL])
+    _, p = take_in(X, covariance, X[seen], np.full(4, 1e-6), seen)
+    variances = np.diag(p)
+    assert np.all(variances > 0.0)
+    np.testing.assert_array_equal(p, p.T)
+    rounding = 1e-14 * np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    assert np.all(np.abs(p) <= np.sqrt(np.outer(variances, variances)) + rounding)
+    for at in seen[-1:]:  # the last one read is known as well as it can be
+        assert np.all(np.abs(p[at]) <= (1.0 + 1e-9) * np.sqrt(p[at, at] * variances))
+
+
 def test_points_of_a_covariance_that_rounding_made_indefinite_are_finite() -> None:
     covariance = np.ones((3, 3))
     covariance[0, 1] = covariance[1, 0] = 1.0 + 1e-12

@@ -282,7 +282,7 @@ class BeltMonitor:
         alarm = self.alarm.update(
             estimate, measurement, self._account.capacity, recovers=self._credence.recovers
         )
-        if self.alarm.watch.contrary:
+        if self.alarm.watch.contradicts(doubted=self._credence.doubted):
             self._credence.contradict()
         return MonitorOutput(Rejection.NONE, estimate, alarm, calibrated, fresh=True)
 

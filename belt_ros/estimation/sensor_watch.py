@@ -40,6 +40,7 @@ _IMPOSSIBLE = (Rejection.NOT_FINITE, Rejection.OUT_OF_RANGE, Rejection.GATED)
 _FADING = 0.25  # pace at which a sensor that is not seen is forgotten
 _HALF = 0.5  # of a threshold: below it a sign is gone
 _OPPOSED = 0.1  # speed of the slower pulley over the faster one's, if they turn against each other
+_SUSTAINED = 0.05  # [s] for which slip is against the power before that says anything
 _KNOWN_SIGN = 3.0  # deviations of the torque from 0 at which its sign is known
 _SECONDS = 1e-9
 
@@ -96,12 +97,17 @@ class SensorWatch:
         self._refused_sensor: Sensor | None = None
         self._opposed = False
         self._contrary = Evidence.GONE
+        self._contrary_for = 0.0  # [s]
         self._stamp_ns: int | None = None
 
-    @property
-    def contrary(self) -> bool:
-        """Whether the belt seems to slip against the power, which no belt can."""
-        return self._contrary is Evidence.MET
+    def contradicts(self, *, doubted: bool) -> bool:
+        """Whether the belt seems to slip against the power, which no belt can.
+
+        For a sample or two it may seem so while the load or the rotation changes fast, so it has to
+        last, unless sensors are `doubted` already.
+        """
+        lasts = doubted or self._contrary_for >= _SUSTAINED
+        return lasts and self._contrary is Evidence.MET
 
     def see(self, seen: _Places, surprises: _Floats, dt: float) -> None:
         """Take in the surprises of a measurement, `dt` [s] after the one before.
@@ -123,6 +129,7 @@ class SensorWatch:
         self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, longest: float
     ) -> None:
         """Take in what came of a measurement, and the slip `beyond` creep and winding up."""
+        before, was_contrary = self._stamp_ns, self._contrary is Evidence.MET
         self._count(estimate.stamp_ns, longest, refused=False)
         moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
         self._opposed = moving and _opposed(estimate)
@@ -131,6 +138,10 @@ class SensorWatch:
         if moving and slip.value < 0.0:
             against = probability_below(slip, -settings.excess_slip_warning)
             self._contrary = judged(against, settings.confidence, settings.clear_confidence)
+        if not (was_contrary and self._contrary is Evidence.MET) or before is None:
+            self._contrary_for = 0.0
+        else:
+            self._contrary_for += max(estimate.stamp_ns - before, 0) * _SECONDS
 
     def refuse(
         self,

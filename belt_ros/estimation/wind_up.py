@@ -15,6 +15,7 @@ from belt_ros.estimation.estimate import BeltEstimate, Quantity
 _SECONDS = 1e-9
 _WINDOW = 0.1  # [s]
 _LONGEST = 1.0  # [s] between two estimates that are compared
+_FOUND = 10.0  # times better known than a sample before: the pull was not known until now
 
 
 class _Point(NamedTuple):
@@ -68,6 +69,9 @@ class WindUp:
         points, stamp_ns = self._points, estimate.stamp_ns
         torque = estimate.transmitted_torque
         travel = path = 0.0
+        pull, deviation = torque.value / self._driven_radius, torque.stddev / self._driven_radius
+        if points and points[-1].deviation > _FOUND * deviation:
+            points.clear()
         if points:
             dt = (stamp_ns - points[-1].stamp_ns) * _SECONDS
             if 0.0 < dt <= _LONGEST:
@@ -76,7 +80,6 @@ class WindUp:
             else:
                 points.clear()
         self._speed = speed
-        pull, deviation = torque.value / self._driven_radius, torque.stddev / self._driven_radius
         points.append(_Point(stamp_ns, travel, path, pull, deviation))
         while len(points) > 2 and (stamp_ns - points[1].stamp_ns) * _SECONDS >= _WINDOW:
             points.popleft()

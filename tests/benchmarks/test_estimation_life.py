@@ -134,6 +134,14 @@ def test_a_run_that_is_never_right_again_is_no_time() -> None:
     assert line.count("> 8.5") == 2
 
 
+@pytest.mark.parametrize(
+    ("phase", "seed"), [("gap", 1), ("gap", 12), ("load steps", 4), ("reversal", 0), ("start", 7)]
+)
+def test_what_a_drive_does_by_itself_is_not_taken_for_a_wrong_sensor(phase: str, seed: int) -> None:
+    (life,) = run_script(BY_NAME[phase], seed)
+    assert life.lost == 0
+
+
 def test_the_first_run_of_all_phases_comes_first() -> None:
     names = [job.case for job in jobs(2)]
     assert names[: len(SCRIPTS)] == list(BY_NAME)

@@ -118,3 +118,11 @@ def test_a_long_elastic_belt_starts_without_an_alarm_and_one_that_slips_does_not
                 raised[tension] |= {each.condition for each in alarm.conditions}
     assert raised[1200.0] == set()
     assert Condition.GROSS_SLIP in raised[60.0]
+
+
+def test_a_pull_that_was_not_known_until_now_has_wound_nothing_up(estimate) -> None:
+    wind_up = follow()
+    wind_up.slip(at(estimate, 0, 25.0, 0.0, 0.0, deviation=400.0))
+    for step in range(1, 10):
+        slip = wind_up.slip(at(estimate, step, 25.0, 0.01, 700.0, deviation=1.0))
+        assert slip.value == pytest.approx(0.01)

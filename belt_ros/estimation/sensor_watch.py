@@ -40,7 +40,7 @@ _IMPOSSIBLE = (Rejection.NOT_FINITE, Rejection.OUT_OF_RANGE, Rejection.GATED)
 _FADING = 0.25  # pace at which a sensor that is not seen is forgotten
 _HALF = 0.5  # of a threshold: below it a sign is gone
 _OPPOSED = 0.1  # speed of the slower pulley over the faster one's, if they turn against each other
-_SUSTAINED = 0.05  # [s] for which slip is against the power before that says anything
+_SUSTAINED = 0.1  # [s] for which slip may be against the power before that says anything
 _KNOWN_SIGN = 3.0  # deviations of the torque from 0 at which its sign is known
 _SECONDS = 1e-9
 
@@ -97,7 +97,7 @@ class SensorWatch:
         self._refused_sensor: Sensor | None = None
         self._opposed = False
         self._contrary = Evidence.GONE
-        self._contrary_for = 0.0  # [s]
+        self._contrary_for = 0.0  # [s] for which it may have been
         self._stamp_ns: int | None = None
 
     def contradicts(self, *, doubted: bool) -> bool:
@@ -129,19 +129,19 @@ class SensorWatch:
         self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, longest: float
     ) -> None:
         """Take in what came of a measurement, and the slip `beyond` creep and winding up."""
-        before, was_contrary = self._stamp_ns, self._contrary is Evidence.MET
+        before = self._stamp_ns
         self._count(estimate.stamp_ns, longest, refused=False)
         moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
         self._opposed = moving and _opposed(estimate)
-        self._contrary = Evidence.GONE
         slip = slip_along_power(estimate, beyond)
+        contrary = Evidence.GONE
         if moving and slip.value < 0.0:
             against = probability_below(slip, -settings.excess_slip_warning)
-            self._contrary = judged(against, settings.confidence, settings.clear_confidence)
-        if not (was_contrary and self._contrary is Evidence.MET) or before is None:
-            self._contrary_for = 0.0
-        else:
-            self._contrary_for += max(estimate.stamp_ns - before, 0) * _SECONDS
+            contrary = judged(against, settings.confidence, settings.clear_confidence)
+        dt = 0.0 if before is None else max(estimate.stamp_ns - before, 0) * _SECONDS
+        self._contrary_for = 0.0 if contrary is Evidence.GONE else self._contrary_for + dt
+        passing = contrary is Evidence.UNDECIDED and self._contrary_for < _SUSTAINED
+        self._contrary = Evidence.GONE if passing else contrary
 
     def refuse(
         self,

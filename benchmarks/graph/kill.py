@@ -19,7 +19,7 @@ from benchmarks.graph.plan import Block, Plan, save_plan
 from benchmarks.graph.signals import loaded
 
 LEARNING = 15.0  # [s] before the first kill
-_SHORTEST, _LONGEST = 3.0, 6.0  # [s] of running before a kill, so that something is heard of it
+_SHORTEST, _LONGEST = 1.5, 6.0  # [s] of running before a kill
 _STARTING = 4  # every so manieth kill comes while the node starts
 _SAVING = 0.5  # [s] between two savings, so that many kills meet one
 _WITHIN = 1.0  # [s] from the first message, in which all must be back
@@ -111,16 +111,20 @@ def _kill(number: int, before: _Life, life: _Life, heard: Heard, rate: float) ->
         return Kill(case, number, SOURCES, 1, ran, nan, nan, nan, 0, 0, nan, nan)
     ready = (life.active_ns - life.begin_ns) / _SECOND
     # What was learned is written some time after it is read off; two periods are enough for that.
-    saved = heard.arrived(before.active_ns, before.end_ns - round(2.0 * _SAVING * _SECOND))
+    # Of a run too short for that, what it began with, which is the run's before.
+    saved = heard.arrived(0, before.end_ns - round(2.0 * _SAVING * _SECOND))
     after = heard.arrived(life.active_ns - round(_SECOND), life.end_ns)
     first = after.state(0)
     unseen = int(first.accepted_count) - 1 + int(sum(first.rejection_counts))
     first_ns = int(after.stamps[0]) - round(unseen / rate * _SECOND)
     back = (int(after.arrivals[0]) - first_ns) / _SECOND
     second = after.between(first_ns, first_ns + round(_WITHIN * _SECOND))
-    # A subscriber that finds the node late has nothing of that second, and shows in `back`.
-    old, new = saved.state(-1), second.state(-1) if second.stamps.size else first
+    old = saved.state(-1)
     known = [name for name in _KNOWN if getattr(old, name) == BeltState.KNOWLEDGE_LEARNED]
+    if not second.stamps.size:  # the subscriber found the node later: nothing is back in time
+        never = math.inf
+        return Kill(case, number, SOURCES, 0, ran, ready, back, 0.0, len(known), 0, never, never)
+    new = second.state(-1)
     kept = [name for name in known if getattr(new, name) == BeltState.KNOWLEDGE_LEARNED]
     return Kill(
         case,

@@ -24,6 +24,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
+from service_discovery import await_answers
 from std_srvs.srv import Trigger
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -161,7 +162,7 @@ class Client:
         while not condition():
             last = self.states[-1:] or "no state"
             assert time.monotonic() < end, f"timed out; {len(self.states)} states, {last}"
-            self._executor.spin_once(timeout_sec=0.05)
+            self._spin_once()
 
     def send(self, **fields: Any) -> int:
         """Publish the drive's next joint state; return its stamp."""
@@ -222,10 +223,13 @@ class Client:
         if name not in self._services:
             self._services[name] = self.node.create_client(kind, f"belt_node/{name}")
             self.until(self._services[name].service_is_ready, timeout)
-            self.spin(0.2)  # the service may be known before it knows where to answer
+            await_answers(self.node, self._spin_once, GetState, "belt_node/get_state", timeout)
         future = self._services[name].call_async(request)
         self.until(future.done, timeout)
         return future.result()
+
+    def _spin_once(self) -> None:
+        self._executor.spin_once(timeout_sec=0.05)
 
     def trigger(self, name: str) -> Trigger.Response:
         return self.call(Trigger, name, Trigger.Request())

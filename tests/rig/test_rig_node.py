@@ -15,9 +15,10 @@ import pytest
 rclpy = pytest.importorskip("rclpy")
 BeltState = pytest.importorskip("belt_msgs.msg").BeltState
 from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue  # noqa: E402
-from rcl_interfaces.srv import SetParameters  # noqa: E402
+from rcl_interfaces.srv import GetParameters, SetParameters  # noqa: E402
 from rclpy.qos import qos_profile_sensor_data  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
+from service_discovery import await_answers  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -114,12 +115,20 @@ def test_rig_plays_its_scenario_in_real_time_and_ends(rig: Rig, client: Any) -> 
 
 def set_fault(client: Any, text: str) -> Any:
     """Set the rig's parameter as `ros2 param set` does, and return the result."""
-    service = client.create_client(SetParameters, "/belt_rig/set_parameters")
-    assert service.wait_for_service(20.0)
+    service = service_of_rig(client, SetParameters, "set_parameters")
     value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=text)
     return call(
         client, service, SetParameters.Request(parameters=[Parameter(name="fault", value=value)])
     ).results[0]
+
+
+def service_of_rig(client: Any, kind: Any, name: str) -> Any:
+    """A client of one of the rig's services, once the rig can answer it."""
+    service = client.create_client(kind, f"/belt_rig/{name}")
+    until(client, service.service_is_ready)
+    ask_twice = GetParameters, "/belt_rig/get_parameters"
+    await_answers(client, lambda: client.spin_once(timeout_sec=0.05), *ask_twice)
+    return service
 
 
 def call(client: Any, service: Any, request: Any) -> Any:
@@ -155,7 +164,7 @@ def test_fault_set_as_a_parameter_shows_in_joint_states_and_ends(rig: Rig, clien
     until(client, lambda: truths[-1].mean_tension == pytest.approx(300.0, abs=1e-6))
     assert set_fault(client, "stuck driver_torque").successful
     until(client, lambda: len({message.effort[0] for message in messages[-20:]}) == 1)
-    clear = client.create_client(Trigger, "/belt_rig/clear_faults")
+    clear = service_of_rig(client, Trigger, "clear_faults")
     answer = call(client, clear, Trigger.Request())
     assert (answer.success, answer.message) == (True, "ended: tension, stuck driver_torque")
     until(client, lambda: truths[-1].mean_tension == pytest.approx(435.0))

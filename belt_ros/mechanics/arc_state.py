@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics.exponentials import exp_minus_one, log_one_plus
 
 _NEWTON_STEPS = 60
 _BISECTION_STEPS = 200
@@ -44,7 +45,7 @@ def _gradient_at_transition(x: float, a: float, role: int) -> tuple[float, float
     Solves D sinh x = a (1 -+ D +- D cosh x), written so that nothing overflows.
     """
     e = math.exp(-x)
-    one_minus_e = -math.expm1(-x)
+    one_minus_e = -exp_minus_one(-x, e)
     denominator = one_minus_e * ((1.0 + e) - role * a * one_minus_e)
     log_slope = -(1.0 + e * e - role * a * one_minus_e * (1.0 + e)) / denominator
     return 2.0 * a * e / denominator, log_slope
@@ -56,17 +57,20 @@ def _two_zone_traction(x: float, a: float, wrap: float, role: int) -> tuple[floa
 
     The slope is negative wherever the two zones are admissible.
     """
-    t = math.tanh(0.5 * x)
+    e = math.exp(-x)
+    t = -exp_minus_one(-x, e) / (1.0 + e)  # tanh(x/2)
     held = 1.0 - role * a * t
-    traction = a * (wrap - x) - role * math.log1p(-role * a * t)
+    traction = a * (wrap - x) - role * log_one_plus(-role * a * t)
     return traction, -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
 
 
 @compiled
 def _elastic_arc(traction: float, shape: ArcShape) -> ArcState:
     """Elastic-only arc: W - 1 = +-D (cosh X - 1)."""
-    gained = math.expm1(shape.role * traction)
-    slope = (1.0 + gained) * shape.inverse_stretch
+    risen = shape.role * traction
+    growth = math.exp(risen)
+    gained = exp_minus_one(risen, growth)
+    slope = growth * shape.inverse_stretch
     return ArcState(shape.role * gained * shape.inverse_stretch, slope, shape.wrap, math.nan)
 
 
@@ -81,14 +85,15 @@ def _two_zone_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
     role, a, wrap = shape.role, shape.growth, shape.wrap
     low, high, x = 0.0, wrap, start
     if not (low < x < high):
-        x = wrap - (traction + role * math.log1p(-role * a)) / a  # were tanh one
+        x = wrap - (traction + role * log_one_plus(-role * a)) / a  # were tanh one
     if not (low < x < high):
         x = min(2.0 * (a * wrap - traction) / a, 0.5 * wrap)  # near gross slip
     e = one_minus_e = 0.0
     for _ in range(_NEWTON_STEPS):
-        e, one_minus_e = math.exp(-x), -math.expm1(-x)
+        e = math.exp(-x)
+        one_minus_e = -exp_minus_one(-x, e)
         excess = a * (wrap - x) - traction
-        push = math.expm1(role * excess)
+        push = exp_minus_one(role * excess, math.exp(role * excess))
         t = one_minus_e / (1.0 + e)
         held = 1.0 - role * a * t
         error = 2.0 * (a * t + role * push) / (held + 1.0 + push)
@@ -136,7 +141,7 @@ def _transition_of_gradient(inverse: float, a: float) -> float:
     if denominator <= 0.0:
         return math.inf
     shortfall = a * inverse + excess / (1.0 + root)  # 1 + a - denominator
-    return math.log1p(shortfall / denominator)
+    return log_one_plus(shortfall / denominator)
 
 
 @compiled
@@ -148,7 +153,7 @@ def _zones(inverse: float, a: float, wrap: float) -> tuple[float, float, float, 
     x1 = min(_transition_of_gradient(inverse, a), wrap)
     half_sinh = math.sinh(0.5 * x1)
     stretch = 2.0 * half_sinh * half_sinh
-    log_w1 = math.log1p(stretch / inverse)
+    log_w1 = log_one_plus(stretch / inverse)
     if x1 >= wrap or a == 1.0:
         return x1, math.nan, stretch, log_w1
     w2 = (1.0 / inverse - 1.0) / ((a - 1.0) * (a + 1.0))
@@ -174,7 +179,7 @@ def _traction_of_gradient(inverse: float, a: float, wrap: float) -> tuple[float,
     log_w2_slope = 1.0 / (d - 1.0)
     x2_slope = x1_slope + (log_w2_slope - log_w1_slope) / a
     slope = log_w2_slope - x2_slope * (a * a * sinh + a * cosh) / (1.0 + growth)
-    return math.log(w2) + math.log1p(growth), slope
+    return math.log(w2) + log_one_plus(growth), slope
 
 
 @compiled
@@ -209,11 +214,9 @@ def _compliant_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
 @compiled
 def arc_shape(a: float, wrap: float, role: int) -> ArcShape:
     """Return what an arc's load does not change; parameters as of `arc_state`."""
-    if wrap < 300.0:
-        half_sinh = math.sinh(0.5 * wrap)
-        inverse_stretch = 0.5 / (half_sinh * half_sinh)
-    else:
-        inverse_stretch = 2.0 * math.exp(-wrap)
+    e = math.exp(-wrap)
+    one_minus_e = -exp_minus_one(-wrap, e)
+    inverse_stretch = 2.0 * e / (one_minus_e * one_minus_e)
     if role < 0 or a < 1.0:
         limit = _two_zone_traction(wrap, a, wrap, role)[0]
         return ArcShape(role, a, wrap, inverse_stretch, limit, math.nan)
@@ -223,7 +226,7 @@ def arc_shape(a: float, wrap: float, role: int) -> ArcShape:
         inverse = 1.0 / (a * (a + math.sqrt((a - 1.0) * (a + 1.0))))
     else:
         inverse = 1.0 / _gradient_at_transition(wrap, a, 1)[0]
-    limit = math.log1p(1.0 / (inverse * inverse_stretch))
+    limit = log_one_plus(1.0 / (inverse * inverse_stretch))
     return ArcShape(role, a, wrap, inverse_stretch, limit, inverse)
 
 

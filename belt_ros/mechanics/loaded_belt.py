@@ -18,6 +18,7 @@ from belt_ros.mechanics.constants import (
     both_arcs,
     traction_limit,
 )
+from belt_ros.mechanics.exponentials import exp_minus_one, log_one_plus
 from belt_ros.mechanics.tensioning import (
     AS_LINEAR,
     Tautness,
@@ -104,7 +105,7 @@ def _traction_near(
     slack = slack_at_pull(c, pull, belt.held, belt.lift)
     if slack <= 0.0:
         return most
-    return min(max(math.log1p(pull / slack) + shift, 0.0), most)
+    return min(max(log_one_plus(pull / slack) + shift, 0.0), most)
 
 
 @compiled
@@ -113,7 +114,8 @@ def loaded(c: DriveConstants, belt: MountedBelt, traction: float, near: Near) ->
     lift, net = belt.lift, belt.net
     receiving = loaded_arc(traction, belt.receiving.shape, near.receiving)
     giving = loaded_arc(traction, belt.giving.shape, near.giving)
-    growth, rise = math.exp(traction), math.expm1(traction)
+    growth = math.exp(traction)
+    rise = exp_minus_one(traction, growth)
     tautness = near.tautness
     if c.tensioning == FIXED_CENTRES:
         slack, slack_slope, tautness = fixed_centres_slack(

@@ -22,6 +22,7 @@ from belt_ros.mechanics.constants import (
     HELD_MEAN,
     DriveConstants,
 )
+from belt_ros.mechanics.exponentials import exp_minus_one
 
 _SECANT_STEPS = 20
 _LEAST_RATE, _MOST_RATE = 0.02, 50.0  # times that of the linear law: others are rounding
@@ -98,7 +99,8 @@ def fixed_centres_slack(
 ) -> tuple[float, float, Tautness]:
     """As `slack_at_traction`, from the tautness at a state near by; also the tautness here."""
     share = 1.0 - lift / c.axial_stiffness
-    growth, rise = math.exp(traction), math.expm1(traction)
+    growth = math.exp(traction)
+    rise = exp_minus_one(traction, growth)
     received, received_slope = excess(receiving)
     given, given_slope = excess(giving)
     path = 2.0 * c.span_length + receiving.wrap * receiving.unit + giving.wrap * giving.unit

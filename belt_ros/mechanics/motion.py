@@ -138,6 +138,14 @@ class Step(NamedTuple):
 
 
 @compiled
+def _gained_together(c: DriveConstants, condition: Condition, dt: float) -> float:
+    """Rim speed [m/s] that both pulleys gain in a step, which no pull between them changes."""
+    force = condition.driver_torque / c.driver_radius + condition.driven_torque / c.driven_radius
+    mass = c.driver_inertia / c.driver_radius**2 + c.driven_inertia / c.driven_radius**2
+    return dt * force / mass
+
+
+@compiled
 def step_equation(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Step:
     """Return the equation of a step of `dt` [s]."""
     v2, v1 = rim_speed(c, state, condition)
@@ -152,7 +160,8 @@ def step_equation(c: DriveConstants, state: Motion, condition: Condition, dt: fl
         + dt * c.driver_radius * condition.driver_torque / c.driver_inertia
         - dt * c.driven_radius * condition.driven_torque / c.driven_inertia
     )
-    relaxation = gain * fastest * max(1.0 + condition.creep_error, 0.0)
+    then = max(fastest + turning * _gained_together(c, condition, dt), 0.0)
+    relaxation = gain * then * max(1.0 + condition.creep_error, 0.0)
     return Step(turning, turning * unloaded, 1.0 + gain * dt * inertia, relaxation)
 
 
@@ -189,7 +198,8 @@ def step_motion(c: DriveConstants, state: Motion, condition: Condition, dt: floa
     """Advance by `dt` [s] with one implicit (backward Euler) step, stable for any `dt`.
 
     A step longer than the torsional period does not resolve that oscillation but damps it; what
-    remains is the quasi-steady motion. Speeds in the creep term are those at the step's start.
+    remains is the quasi-steady motion. The creep term takes the speed that the drive has at the
+    step's end, as far as the torques from outside tell it.
     """
     return step_at_speed(c, state, condition, abs(c.driver_radius * state.driver_speed), dt)
 

@@ -120,9 +120,12 @@ def test_what_is_left_of_the_capacity_is_known_after_a_loss(loosened) -> None:
 
 def test_tension_and_mu_are_open_in_a_change_of_traction(loosened) -> None:
     """Neither is taken for granted while it goes on, however well mu was known before."""
+    opened = []
     for run in loosened:
         before, during = run.at(4.9)[0], run.at(6.0)[0]
-        assert during.friction_coefficient.stddev > 2.0 * before.friction_coefficient.stddev
+        opened.append(during.friction_coefficient.stddev / before.friction_coefficient.stddev)
+    assert np.median(opened) > 3.5
+    assert np.min(opened) > 1.5  # a loss that is noticed early is half over by then
 
 
 @pytest.mark.parametrize("seed", range(3))

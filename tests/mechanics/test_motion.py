@@ -191,6 +191,25 @@ def test_steps_converge_to_the_differential_equation_at_first_order() -> None:
     np.testing.assert_allclose(errors[1] / np.abs(exact), 0.0, atol=2e-3)
 
 
+@pytest.mark.parametrize("turning", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("motor", "load"), [(60.0, 18.0), (22.0, 48.0)], ids=["speeding up", "slowing down"]
+)
+def test_a_long_step_of_a_drive_that_gains_speed_has_the_slip_of_its_end(
+    motor: float, load: float, turning: float
+) -> None:
+    """Its speed changes by more than 6 % in the step; slip is to be right to 2 % of its value."""
+    drive = make_drive(stiffness=1e6)
+    c = drive_constants(drive)
+    condition = make_condition(drive, turning * motor, -turning * load)
+    start = run(c, Motion(turning * 80.0, turning * 59.0, 0.0), condition, 1e-4, 500)
+    end = run(c, start, condition, 1e-4, 200)
+    slip = slip_of(drive, end)
+    assert abs(end.driver_speed / start.driver_speed - 1.0) > 0.06
+    assert abs(slip) > 3e-3
+    assert slip_of(drive, step_motion(c, start, condition, 0.02)) == pytest.approx(slip, rel=0.02)
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize(("stiffness", "shortfall"), [(1e5, 0.03), (8.1e7, 1e-4)])
 def test_gross_slip_holds_the_pull_at_capacity_and_stalls_the_driven_pulley(

@@ -110,6 +110,7 @@ class Contents:
 def _defined(definition: str, type_name: str) -> Typestore:
     types = get_typestore(Stores.EMPTY)
     types.register(get_types_from_msg(definition, type_name))
+    types.get_msgdef(type_name)  # which finds out whether all its parts are there
     return types
 
 

@@ -143,6 +143,16 @@ def whole_file(tmp_path_factory):
     return write_chunked_mcap(tmp_path_factory.mktemp("whole") / "bag.mcap", samples), samples
 
 
+def test_a_definition_that_lacks_a_part_is_a_clear_error(settings, whole_file, tmp_path):
+    whole, _ = whole_file
+    content = whole.read_bytes()
+    assert b"MSG: std_msgs/Header" in content
+    broken = tmp_path / "broken.mcap"
+    broken.write_bytes(content.replace(b"MSG: std_msgs/Header", b"MSG: std_msgs/Haeder"))
+    with pytest.raises(BagError, match="definition of sensor_msgs/msg/JointState is broken"):
+        read(broken, settings)
+
+
 @hypothesis_settings(max_examples=60, deadline=None)
 @given(data=st.data())
 def test_damaged_bytes_give_measurements_or_a_clear_error(

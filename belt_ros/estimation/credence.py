@@ -11,9 +11,10 @@ from belt_ros.estimation.description import BeliefReader, View
 from belt_ros.estimation.doubt import Doubt, Turn, decided, either
 from belt_ros.estimation.estimate import LostTraction
 from belt_ros.estimation.gaussian_sum import Component, normalised
+from belt_ros.estimation.installed import Installed
 from belt_ros.estimation.misfit import Misfit
 from belt_ros.estimation.state import Index
-from belt_ros.estimation.traction import Reference, traction_reference
+from belt_ros.estimation.traction import traction_reference
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
@@ -28,6 +29,8 @@ class Credence:
     belt_filter : BeltFilter
         Whose belief it is; it has to be started, and is started anew, by the owner.
     drive : BeltDrive
+    installed : Installed
+        With which traction is compared.
 
     Attributes
     ----------
@@ -35,9 +38,10 @@ class Credence:
         To start from, instead of the prior.
     """
 
-    def __init__(self, belt_filter: BeltFilter, drive: BeltDrive) -> None:
+    def __init__(self, belt_filter: BeltFilter, drive: BeltDrive, installed: Installed) -> None:
         self.initial: list[Component] | None = None
         self._filter = belt_filter
+        self.compare_with(installed)
         self._reader = BeliefReader(drive)
         self.begin()
 
@@ -47,7 +51,15 @@ class Credence:
         self._misfit = Misfit()
         self._doubt = Doubt()
         self._earlier: list[list[Component]] = []  # what was believed before a misfit, aged
-        self._reference = self._traction_reference(self.initial)
+
+    def compare_with(self, installed: Installed) -> None:
+        """Compare traction with that of a belt as it was installed."""
+        self._reference = traction_reference(
+            self._filter.constants,
+            installed.log_tension,
+            installed.log_friction,
+            float(self._filter.prior_stddev[Index.LOG_FRICTION]),
+        )
 
     @property
     def doubted(self) -> bool:
@@ -68,14 +80,13 @@ class Credence:
         return self._either(belief) if self.doubted else belief
 
     def adopt(self, belief: list[Component], *, of_belt_only: bool = False) -> None:
-        """Start, or go on, from another belief, with which traction is compared from now on.
+        """Start, or go on, from another belief.
 
         `of_belt_only`: what moves is not part of it, and stays as it is.
         """
         f = self._filter
         mean, variance = f.prior_mean[MOTION], f.prior_stddev[MOTION] ** 2
         self.initial = [renewed(member, MOTION, mean, variance) for member in belief]
-        self._reference = self._traction_reference(belief)
         self._doubt.forget()
         self._earlier = []
         if self._running:
@@ -138,16 +149,3 @@ class Credence:
         weights = normalised(np.array([member.log_weight for member in belief]))
         off = np.array([member.mean[Index.CREEP_ERROR] for member in belief]) / spread
         return max(float(weights @ np.exp(-0.5 * off**2)), _IMPOSSIBLE)
-
-    def _traction_reference(self, belief: list[Component] | None) -> Reference:
-        f = self._filter
-        mean = f.prior_mean
-        if belief:
-            weights = normalised(np.array([c.log_weight for c in belief]))
-            mean = weights @ np.stack([c.mean for c in belief])
-        return traction_reference(
-            f.constants,
-            float(mean[Index.LOG_TENSION]),
-            float(mean[Index.LOG_FRICTION]),
-            float(f.prior_stddev[Index.LOG_FRICTION]),
-        )

@@ -26,6 +26,7 @@ from belt_ros.estimation.assumptions import Drift
 from belt_ros.estimation.condensing import MEMBERS, condensed, renewed
 from belt_ros.estimation.fingerprint import Fingerprint, fingerprint
 from belt_ros.estimation.gaussian_sum import Component, normalised
+from belt_ros.estimation.installed import Installed
 from belt_ros.estimation.process import STANDING
 from belt_ros.estimation.state import Index
 from belt_ros.mechanics.drive import BeltDrive
@@ -63,6 +64,8 @@ class Learned:
         Of the members of a Gaussian sum (k,), k up to `MEMBERS`.
     means, covariances : ndarray
         Of (ln tension, ln kf, ln mu, ratio bias), (k, 4) and (k, 4, 4).
+    installed : Installed or None
+        With which traction is compared; None: with what is told.
 
     Raises
     ------
@@ -76,6 +79,7 @@ class Learned:
     weights: _Floats
     means: _Floats
     covariances: _Floats
+    installed: Installed | None = None
 
     def __post_init__(self) -> None:
         if not (0 < len(self.name) <= _LONGEST_NAME and self.name.isprintable()):
@@ -84,6 +88,8 @@ class Learned:
             )
         if not math.isfinite(self.date):
             raise MemoryRefusedError(f"the date is {self.date}; it must be finite")
+        if self.installed is not None and not self.installed.possible:
+            raise MemoryRefusedError(f"no belt can be installed as {tuple(self.installed)}")
         _check_members(self.weights, self.means, self.covariances)
         for field in ("weights", "means", "covariances"):
             array = getattr(self, field).copy()
@@ -127,7 +133,11 @@ def _check_members(weights: _Floats, means: _Floats, covariances: _Floats) -> No
 
 
 def learned_from(
-    components: Sequence[Component], name: str, drive: BeltDrive, date: float
+    components: Sequence[Component],
+    name: str,
+    drive: BeltDrive,
+    date: float,
+    installed: Installed | None = None,
 ) -> Learned:
     """Return what a filter's members, over `state.Index`, say of the belt.
 
@@ -139,6 +149,8 @@ def learned_from(
     drive : BeltDrive
     date : float
         Of the last measurement taken in [s], since the Unix epoch.
+    installed : Installed, optional
+        With which traction is compared.
 
     Raises
     ------
@@ -161,6 +173,7 @@ def learned_from(
         normalised(np.array([member.log_weight for member in members])),
         np.stack([member.mean for member in members]),
         np.stack([member.covariance for member in members]),
+        installed,
     )
 
 

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.fingerprint import Fingerprint
+from belt_ros.estimation.installed import Installed
 from belt_ros.estimation.memory import REMEMBERED, Learned, MemoryRefusedError
 
 _FORMAT = "belt_ros memory"
-_VERSION = 1.0
+_VERSION = 2.0
+_WITHOUT_INSTALLED = 1.0  # a version that can be read too
 _LARGEST_FILE = 1_000_000  # bytes; some 20 kB are usual
 _MEMBERS = {"weights", "means", "covariances"}
-_ENTRIES = {"format", "version", "states", "name", "date", "drive"} | _MEMBERS
+_ENTRIES = {"format", "version", "states", "name", "date", "drive", "installed"} | _MEMBERS
 
 
 class MemoryFileError(MemoryRefusedError):
@@ -105,6 +107,7 @@ def _document(learned: Learned) -> dict[str, Any]:
         "weights": learned.weights.tolist(),
         "means": learned.means.tolist(),
         "covariances": learned.covariances.tolist(),
+        "installed": None if learned.installed is None else learned.installed._asdict(),
     }
 
 
@@ -128,7 +131,9 @@ def _parsed(content: str) -> dict[str, Any]:
     if not isinstance(document, dict) or document.get("format") != _FORMAT:
         raise MemoryRefusedError("it was not written by belt_ros")
     version = document.get("version")
-    if version != _VERSION:
+    if version == _WITHOUT_INSTALLED:
+        document.setdefault("installed", None)
+    elif version != _VERSION:
         age = "newer" if isinstance(version, float) and version > _VERSION else "unknown"
         raise MemoryRefusedError(f"it has a version of {age} kind; this reads {_VERSION:g}")
     if set(document) != _ENTRIES or document["states"] != _states():
@@ -151,7 +156,16 @@ def _learned(document: dict[str, Any]) -> Learned:
         weights=_array(weights, "weights", members),
         means=_array(document["means"], "means", members, states),
         covariances=_array(document["covariances"], "covariances", members, states, states),
+        installed=_installed(document["installed"]),
     )
+
+
+def _installed(entries: object) -> Installed | None:
+    if entries is None:
+        return None
+    if not isinstance(entries, dict) or set(entries) != set(Installed._fields):
+        raise MemoryRefusedError("its belt's installation is not described as in this version")
+    return Installed(**{name: _typed(entries[name], float, name) for name in Installed._fields})
 
 
 def _fingerprint(entries: object) -> Fingerprint:

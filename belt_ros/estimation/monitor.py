@@ -23,8 +23,9 @@ from belt_ros.estimation.credence import Credence
 from belt_ros.estimation.estimate import BeltEstimate, Health, Phase
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
+from belt_ros.estimation.installed import Installed, installed_as
 from belt_ros.estimation.lull import Lull
-from belt_ros.estimation.maintenance import Maintenance, maintained
+from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.memory import Learned, learned_from, restore
 from belt_ros.estimation.pooling import Pool
@@ -88,7 +89,9 @@ class BeltMonitor:
         self._drive = drive
         self._turns = turns
         self._noise = noise
-        self._credence = Credence(self._filter, drive)
+        whole = Component(0.0, self._filter.prior_mean, np.diag(self._filter.prior_stddev**2))
+        self._told = self._installed = installed_as([whole], prior.tension)
+        self._credence = Credence(self._filter, drive, self._told)
         self._calibration = Calibration(drive, noise)
         self._record = HealthRecord()
         self._account = Account(self._filter, self._credence, self._record, drive)
@@ -136,6 +139,7 @@ class BeltMonitor:
 
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
+        self._install(self._told)
         self._credence.initial = None
         self.restart()
         self._record.reset()
@@ -176,7 +180,9 @@ class BeltMonitor:
         `date` is that of the last measurement [s], since the Unix epoch, by the caller's clock.
         """
         known = self._credence.known
-        return None if known is None else learned_from(known, self.name, self._drive, date)
+        if known is None:
+            return None
+        return learned_from(known, self.name, self._drive, date, self._installed)
 
     def restore(self, learned: Learned, elapsed: float) -> str:
         """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
@@ -191,7 +197,15 @@ class BeltMonitor:
         restored = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
         self._credence.adopt(restored.components, of_belt_only=True)
         self._account.forget()
+        if learned.installed is not None:
+            self._install(learned.installed)
         return restored.note
+
+    def _install(self, installed: Installed) -> None:
+        """Compare traction with another belt, and name its tension in messages."""
+        self._installed = installed
+        self._credence.compare_with(installed)
+        self.alarm.installed = installed.tension
 
     def maintain(self, maintenance: Maintenance) -> str:
         """Take in what was done to the belt; return a sentence for the log."""
@@ -202,8 +216,9 @@ class BeltMonitor:
         done = maintained(known or [prior], maintenance, f.prior_mean, f.prior_stddev)
         self._credence.adopt(done.components)
         self._account.forget()
-        if math.isfinite(maintenance.tension):
-            self.alarm.installed = maintenance.tension
+        if maintenance.kind is not MaintenanceKind.TENSION_MEASURED:
+            told = maintenance.tension if math.isfinite(maintenance.tension) else self._told.tension
+            self._install(installed_as(done.components, told))
         return done.message
 
     def calibrate(self) -> bool:

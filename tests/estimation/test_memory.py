@@ -14,6 +14,7 @@ from belt_ros.estimation import Drift, Prior
 from belt_ros.estimation.condensing import MEMBERS, condensed
 from belt_ros.estimation.fingerprint import fingerprint
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
+from belt_ros.estimation.installed import Installed
 from belt_ros.estimation.memory import (
     REMEMBERED,
     STANDING,
@@ -37,6 +38,7 @@ DRIVE = BeltDrive(
 PRIOR, DRIFT = Prior(), Drift()
 MEAN, STDDEV = prior_state(PRIOR, DRIVE)
 HOUR, DAY = 3600.0, 86400.0
+INSTALLED = Installed(400.0, math.log(400.0), math.log(0.5))
 PLACES = list(REMEMBERED)
 DATE = 1.75e9
 exactly = settings(derandomize=True, deadline=None, max_examples=60)
@@ -84,7 +86,7 @@ def assert_same(one: list[Component], other: list[Component], tolerance: float =
 
 
 def learn(components: list[Component]) -> Learned:
-    return learned_from(components, "conveyor", DRIVE, DATE)
+    return learned_from(components, "conveyor", DRIVE, DATE, INSTALLED)
 
 
 def one(tension: float = 500.0, spread: float = 0.05) -> list[Component]:
@@ -304,6 +306,7 @@ def test_a_file_gives_back_exactly_what_was_saved(tmp_path_factory, components) 
     assert (loaded.name, loaded.date, loaded.drive) == (learned.name, learned.date, learned.drive)
     for field in ("weights", "means", "covariances"):
         assert np.array_equal(getattr(loaded, field), getattr(learned, field))
+    assert loaded.installed == learned.installed == INSTALLED
 
 
 @pytest.mark.parametrize("certain", [1e-20, 1e-40, 0.0])
@@ -429,7 +432,7 @@ def altered(path: Path, **entries: object) -> Path:
 @pytest.mark.parametrize(
     ("entries", "reason"),
     [
-        ({"version": 2}, "newer"),
+        ({"version": 3}, "newer"),
         ({"version": "1"}, "unknown"),
         ({"format": "other"}, "not written by belt_ros"),
         ({"more": 1}, "entries"),
@@ -441,6 +444,10 @@ def altered(path: Path, **entries: object) -> Path:
         ({"date": True}, "date is no float"),
         ({"date": math.nan}, "NaN"),
         ({"drive": {}}, "drive"),
+        ({"installed": {}}, "installation"),
+        ({"installed": {**INSTALLED._asdict(), "tension": "400"}}, "tension is no float"),
+        ({"installed": {**INSTALLED._asdict(), "tension": -400.0}}, "installed as"),
+        ({"installed": {**INSTALLED._asdict(), "log_tension": 1e3}}, "installed as"),
         ({"weights": [], "means": [], "covariances": []}, "0 members"),
         ({"weights": [0.5]}, "sum to one"),
         ({"weights": [[1.0]]}, "weights is no float"),
@@ -456,6 +463,15 @@ def altered(path: Path, **entries: object) -> Path:
 )
 def test_a_file_with_a_wrong_entry_is_refused_with_the_reason(saved, entries, reason) -> None:
     assert_refused(altered(saved, **entries), reason)
+
+
+def test_a_file_from_before_installations_were_kept_can_be_read(saved) -> None:
+    document = json.loads(saved.read_text()) | {"version": 1}
+    del document["installed"]
+    saved.write_text(json.dumps(document))
+    loaded = load(saved, "conveyor")
+    assert loaded is not None
+    assert loaded.installed is None
 
 
 def test_a_number_beyond_all_bounds_is_refused(saved) -> None:

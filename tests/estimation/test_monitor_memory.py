@@ -217,6 +217,80 @@ def test_a_pause_costs_little_more_than_a_restart(
     assert ours.mean_tension.stddev < most * theirs.mean_tension.stddev
 
 
+LOSS = {
+    "duration": 6.0,
+    "seed": 4,
+    "speed": [[0.0, 0.0], [1.0, 120.0]],
+    "load": [[1.5, 0.0], [1.7, 38.0]],
+    "events": [{"at": 3.0, "tension": 264.0, "over": 0.3}],
+    **DRIVE,
+}
+
+
+@pytest.fixture(scope="module")
+def loosened(run: Runner, settings: DriveSettings) -> BeltMonitor:
+    """40 % of the tension has been lost, and told."""
+    monitor = settings.monitor()
+    estimate = run(monitor=monitor, **LOSS).outputs[-1].estimate
+    assert estimate is not None
+    assert estimate.lost_traction.traction > 0.95
+    return monitor
+
+
+def lost(run: Runner, monitor: BeltMonitor) -> float:
+    estimate, _ = run(monitor=monitor, **{**SHORT, "condition__tension": 264.0}).at(0.4)
+    return estimate.lost_traction.traction
+
+
+def test_a_loss_does_not_vanish_with_the_end_of_a_run(
+    run: Runner, settings: DriveSettings, loosened: BeltMonitor
+) -> None:
+    learned = loosened.learned(DATE)
+    assert learned is not None
+    monitor = settings.monitor()
+    monitor.restore(learned, 60.0)
+    assert lost(run, monitor) > 0.9
+
+
+@pytest.mark.parametrize(
+    ("kind", "tension", "told", "installed"),
+    [
+        (MaintenanceKind.TENSION_MEASURED, 264.0, True, "420 N"),
+        (MaintenanceKind.RETENSIONED, 264.0, False, "264 N"),
+        (MaintenanceKind.BELT_REPLACED, 264.0, False, "264 N"),
+        (MaintenanceKind.BELT_REPLACED, math.nan, False, "420 N"),
+    ],
+)
+def test_a_loss_is_over_once_the_belt_is_installed_anew_and_not_by_measuring(
+    run: Runner,
+    loosened: BeltMonitor,
+    kind: MaintenanceKind,
+    tension: float,
+    told: bool,
+    installed: str,
+) -> None:
+    monitor = copy.deepcopy(loosened)
+    monitor.maintain(Maintenance(kind, tension, 0.02 * tension))
+    assert (lost(run, monitor) > 0.95) is told
+    status = monitor.acknowledge()
+    assert status is not None
+    assert f"installed {installed}" in status.message
+
+
+def test_what_the_belt_was_re_tensioned_to_outlives_the_run_and_not_a_reset(
+    run: Runner, settings: DriveSettings, loosened: BeltMonitor
+) -> None:
+    before, after = copy.deepcopy(loosened), settings.monitor()
+    before.maintain(Maintenance(MaintenanceKind.RETENSIONED, 300.0, 6.0))
+    learned = before.learned(DATE)
+    assert learned is not None
+    after.restore(learned, 60.0)
+    assert after.alarm.installed == 300.0
+    assert lost(run, after) < 0.5
+    after.reset()
+    assert after.alarm.installed == settings.prior.tension
+
+
 def test_a_calibration_does_not_outlive_a_reset(run: Runner, settings: DriveSettings) -> None:
     monitor = settings.monitor()
     run(monitor=monitor, **SHORT)

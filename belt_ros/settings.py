@@ -6,6 +6,7 @@ same one; a plain mapping without the ``ros__parameters`` wrapping is taken too.
 
 import dataclasses
 import difflib
+import itertools
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,11 @@ from belt_ros.several_drives import DriveNamesError, drive_names, values_of_driv
 
 _LARGEST_FILE = 1_000_000
 
+# Thresholds that a worse condition passes one after the other.
+_RISING = (
+    ("alarm.margin_alarm", "alarm.margin_warning"),
+    ("alarm.excess_slip_warning", "alarm.excess_slip_alarm", "alarm.excess_slip_trip"),
+)
 # Parameters of the node itself, which the same file may hold.
 NODE_ONLY = (
     "use_sim_time",
@@ -99,7 +105,8 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
     Raises
     ------
     SettingsError
-        For an unknown name, a missing value, a wrong type or a value out of range.
+        For an unknown name, a missing value, a wrong type, a value out of range or thresholds out
+        of order.
     """
     for name in values:
         if name not in PARAMETERS:
@@ -112,12 +119,24 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
         if value is None:
             raise SettingsError(f"{name} is missing: {parameter.meaning} [{parameter.unit}]")
         checked[name] = parameter.check(value)
+    _check_order(checked)
     groups = {name: _group(name, kind, checked) for name, kind in GROUPS.items()}
     try:
         drive = _drive(checked)
     except DriveError as error:
         raise SettingsError(str(error)) from error
     return DriveSettings(name=checked["name"], drive=drive, **groups)
+
+
+def _check_order(values: Mapping[str, Any]) -> None:
+    """Refuse thresholds of which the worse is met before the better."""
+    for names in _RISING:
+        for below, above in itertools.pairwise(names):
+            if values[below] > values[above]:
+                raise SettingsError(
+                    f"{below} is {values[below]:g} and {above} is {values[above]:g}; "
+                    f"{below} must not be above {above}"
+                )
 
 
 def _group(name: str, kind: type, values: Mapping[str, Any]) -> Any:

@@ -47,9 +47,12 @@ def generate_launch_description() -> LaunchDescription:
         name="belt_node",
         namespace=LaunchConfiguration("namespace"),
         parameters=[
+            # Best effort, the default, hears what was recorded in either way; so that nothing is
+            # lost all the same, much may wait.
+            {"input_depth": 10000},
             LaunchConfiguration("params_file"),
             # A bag that plays while kernels are still being compiled would be missed.
-            {"use_sim_time": True, "autostart": False, "input_reliability": "reliable"},
+            {"use_sim_time": True, "autostart": False},
         ],
         remappings=[("joint_states", LaunchConfiguration("joint_states_topic"))],
         ros_arguments=["--log-level", LaunchConfiguration("log_level")],

@@ -30,6 +30,8 @@ class InputReport:
         Since the last message that was accepted, or since the node became active [s].
     sources : tuple of SourceReport
         What each topic brought; first those that were named to the meter.
+    silent : bool
+        Whether the silence is longer than it may be.
     """
 
     period: float
@@ -42,6 +44,7 @@ class InputReport:
     silence: float
     unused: float
     sources: tuple[SourceReport, ...] = ()
+    silent: bool = False
 
     @property
     def rate(self) -> float:
@@ -104,9 +107,10 @@ class InputMeter:
         """Return the time since the last message that was accepted [s]."""
         return now - self._last_accepted
 
-    def report(self, now: float) -> InputReport:
-        """Report the period that ends now, and begin the next."""
+    def report(self, now: float, longest_silence: float = math.inf) -> InputReport:
+        """Report the period that ends now, and begin the next; all times in s."""
         came = self._received > 0
+        silence = now - self._last_received
         report = InputReport(
             period=now - self._since,
             received=self._received,
@@ -115,9 +119,10 @@ class InputMeter:
             latency_max=self._latency_max if came else math.nan,
             processing_mean=self._processing_sum / self._received if came else math.nan,
             processing_max=self._processing_max if came else math.nan,
-            silence=now - self._last_received,
+            silence=silence,
             unused=self.unused(now),
             sources=tuple(meter.report(now) for meter in self._sources.values()),
+            silent=silence > longest_silence,
         )
         self._begin(now)
         return report

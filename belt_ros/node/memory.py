@@ -113,8 +113,9 @@ class Memory:
         return self._trouble
 
     def report(self) -> MemoryReport:
-        """Return the present state."""
-        self._settle()
+        """Return the present state, without waiting for a write that is under way."""
+        if self._writing is not None and self._writing.done():
+            self._settle()
         since = self._steady() - self._saved_at
         return MemoryReport(str(self._path), self._restored_age, since, self._saves, self._trouble)
 

@@ -26,7 +26,7 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
     period = max((report.period for report in reports), default=0.0)
     values: dict[str, float] = {
         "drives": len(reports),
-        "silent drives": sum(report.received == 0 for report in reports),
+        "silent drives": sum(report.silent for report in reports),
         "input rate [Hz]": sum(report.rate for report in reports),
     }
     busy = 0.0
@@ -52,7 +52,7 @@ def _heard(reports: Sequence[InputReport]) -> list[InputReport]:
 
 
 def _judge(reports: Sequence[InputReport], busy: float, latency: float) -> tuple[bytes, str]:
-    silent = sum(report.received == 0 for report in reports)
+    silent = sum(report.silent for report in reports)
     if silent == len(reports):
         return DiagnosticStatus.STALE, "no drive sends anything: see the rows of the inputs"
     if busy > _BUSY:

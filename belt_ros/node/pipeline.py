@@ -245,7 +245,7 @@ class Pipeline:
 
     def input_report(self) -> InputReport:
         """Return what came since the last call."""
-        return self._meter.report(self._steady())
+        return self._meter.report(self._steady(), self._settings.limits.greatest_gap)
 
     def input_status(self, report: InputReport) -> DiagnosticStatus:
         """Return the input's diagnostics."""

@@ -21,6 +21,7 @@ from belt_ros.estimation import (
 from belt_ros.estimation.estimate import Consistency, Fit, LostTraction, Reserve
 from belt_ros.node.diagnostics import REJECTION_ADVICE, drive_status, input_status
 from belt_ros.node.input_meter import InputMeter, InputReport
+from belt_ros.node.node_status import node_status
 from belt_ros.settings import load_settings
 
 
@@ -144,6 +145,23 @@ def fitted(fit: Fit, *sensors: Fit) -> Health:
     return dataclasses.replace(
         HEALTH, fit=fit, sensor_fits=tuple(zip(SENSORS, sensors, strict=True))
     )
+
+
+def test_the_nodes_row_knows_slow_input_from_silence() -> None:
+    """Nothing may come in a period, so long as the silence is not longer than it may be."""
+    slow = report(received=0, silence=1.9, silent=False)
+    row = node_status("belt_node", [slow, report()])
+    assert (row.level, row.message) == (DiagnosticStatus.OK, "2 drives")
+    row = node_status("belt_node", [report(received=0, silence=5.1, silent=True), report()])
+    assert (row.level, row.message) == (DiagnosticStatus.WARN, "2 drives, 1 silent")
+    assert node_status("belt_node", [slow]).level == DiagnosticStatus.OK
+
+
+def test_a_silence_is_too_long_once_it_is_longer_than_asked() -> None:
+    meter = InputMeter(10.0)
+    assert not meter.report(14.0, 5.0).silent
+    assert meter.report(15.5, 5.0).silent
+    assert not meter.report(99.0).silent
 
 
 def rejected(reason: Rejection, count: int) -> tuple[int, ...]:

@@ -157,6 +157,6 @@ def test_the_node_is_given_parameters_that_it_has() -> None:
         if key is not None
         for text in texts(key)
     }
-    assert given == {"autostart", "input_reliability", "use_sim_time"}
+    assert given == {"autostart", "input_depth", "use_sim_time"}
     given |= ARGUMENTS["belt_node.launch.py"] & {"autostart", "use_sim_time", "memory_file"}
     assert given <= {*NODE_PARAMETERS, *DRIVE_PARAMETERS, "use_sim_time"}

@@ -2,6 +2,7 @@
 
 import json
 import math
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -108,6 +109,18 @@ def test_it_is_written_once_for_all_that_has_come_since(path: Path) -> None:
     run.memory.finish()
     assert run.memory.report().saves == 2
     assert run.memory.report().since_saved == 0.0
+
+
+def test_a_report_does_not_wait_for_a_disk_that_hangs(path: Path) -> None:
+    run = Run(path)
+    run.take()
+    freed = threading.Event()
+    run.memory._writer.submit(freed.wait, 20.0)
+    run.memory.save()
+    assert run.memory.report().saves == 0
+    freed.set()
+    run.memory.finish()
+    assert run.memory.report().saves == 1
 
 
 def test_what_is_kept_is_as_old_as_the_last_measurement(path: Path) -> None:

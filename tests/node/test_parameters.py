@@ -101,6 +101,8 @@ def test_a_whole_number_is_taken_for_a_real_one(make_node: MakeNode) -> None:
         ({"belt__axial_stifness": 1.0}, "did you mean belt.axial_stiffness?"),
         ({"autostrat": True}, "did you mean autostart?"),
         ({"alarm__loud": True}, "unknown parameter alarm.loud"),
+        ({"alarm__margin_alarm": 0.5}, "alarm.margin_alarm must not be above alarm.margin_warning"),
+        ({"alarm__excess_slip_trip": 0.005}, "alarm.excess_slip_alarm is 0.03 and alarm"),
         ({"autostart": "yes"}, "autostart is 'yes'; it must be true or false"),
         ({"input_depth": 0}, "input_depth is 0 messages"),
         ({"memory_file": 7}, "memory_file is 7; it must be text"),

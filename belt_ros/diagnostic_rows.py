@@ -19,7 +19,8 @@ REJECTION_ADVICE: dict[Rejection, str] = {
     "stamps its messages, and that there is only one",
     Rejection.GATED: "statistically impossible: check the sensor, and noise.* in the parameters",
     Rejection.INCOMPLETE: "a named joint or its velocity is missing: check driver.joint and "
-    "driven.joint against the names in the message",
+    "driven.joint against the names in the message; joints that come in messages of their own need "
+    "input: pulley_state or float64",
     Rejection.MALFORMED: "arrays empty, too long or of unequal length, or an impossible stamp: "
     "check the sender",
 }

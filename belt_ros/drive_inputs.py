@@ -135,12 +135,13 @@ def load_inputs(path: str | Path, drive: str = "") -> InputSettings:
 class Feed(NamedTuple):
     """One topic, named relative to the drive's namespace.
 
-    `read` makes a sample of a message, given its stamp or, where it has none, its arrival [ns].
+    `read` makes a sample of a message, given its stamp or, where it has none, its arrival [ns];
+    None of one that is another drive's.
     """
 
     topic: str
     type_name: str
-    read: Callable[[Any, int], Measurement | Rejection]
+    read: Callable[[Any, int], Measurement | Rejection | None]
     stamped: bool = True
     fields: tuple[str, ...] = ()  # that the message must have
     needed: bool = True  # without it there is nothing to estimate from
@@ -207,8 +208,11 @@ def stamp_of(message: Any) -> int | None:
 
 def measurement_from_joint_state(
     driver: Joint, driven: Joint, message: Any
-) -> Measurement | Rejection:
-    """Read the two pulleys out of a sensor_msgs/JointState, or say why that is impossible."""
+) -> Measurement | Rejection | None:
+    """Read the two pulleys out of a sensor_msgs/JointState, or say why that is impossible.
+
+    None if it has nothing of either.
+    """
     stamp_ns = stamp_of(message)
     if stamp_ns is None or len(message.name) > _MOST_JOINTS:
         return Rejection.MALFORMED
@@ -225,7 +229,7 @@ def measurement_from_joint_state(
 
 def _joint_state_reader(
     driver: Joint, driven: Joint
-) -> Callable[[Any, int], Measurement | Rejection]:
+) -> Callable[[Any, int], Measurement | Rejection | None]:
     return lambda message, _: measurement_from_joint_state(driver, driven, message)
 
 

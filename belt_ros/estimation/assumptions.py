@@ -73,8 +73,11 @@ class Joint:
         """Torque of the bearings against rotation [N m] at a pulley speed [rad/s].
 
         ``drag_torque tanh(speed / 0.05 rad/s) + drag_damping speed``: Coulomb drag fades out about
-        standstill, where its sign would flip with every noise of the speed.
+        standstill, where its sign would flip with every noise of the speed. Bearings without drag
+        have none at any speed, also at one that is not known (NaN).
         """
+        if self.drag_torque == self.drag_damping == 0.0:
+            return 0.0
         return self.drag_torque * math.tanh(speed / _DRAG_ROUNDING) + self.drag_damping * speed
 
     def pulley_torque(self, effort: float, speed: float) -> float:

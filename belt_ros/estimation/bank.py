@@ -4,6 +4,8 @@ filterpy's `UnscentedKalmanFilter` carries it: its points' weights, and predict 
 all members at once. With one member it is the stock class, to rounding.
 """
 
+import math
+
 import numpy as np
 from filterpy.kalman import UnscentedKalmanFilter
 from numpy.typing import NDArray
@@ -11,7 +13,15 @@ from numpy.typing import NDArray
 from belt_ros.estimation.backward import cross_covariance
 from belt_ros.estimation.load_sensors import load_readings, observe
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import READINGS, STATES, Index, propagate, read, step_direction
+from belt_ros.estimation.state import (
+    READINGS,
+    STATES,
+    Index,
+    Reading,
+    propagate,
+    read,
+    step_direction,
+)
 from belt_ros.estimation.unscented import (
     GradedSigmaPoints,
     mean_and_deviation,
@@ -29,6 +39,8 @@ _Places = NDArray[np.int64]
 # The model bends in ln kf, ln tension, ln mu and the pull, in that order. Beside the creep's error
 # the other states matter to a step only by the pull that it leads to, see `step_direction`.
 _PULL = int(Index.PULL)
+_MARGIN, _CAPACITY = int(Reading.MARGIN), int(Reading.CAPACITY)
+_FOLDED = 3.0  # deviations of the pull from none, within which its size hides them from the margin
 _BENT = {
     Index.LOG_STIFFNESS: 3.0,
     Index.LOG_TENSION: 4.0,
@@ -179,6 +191,10 @@ def _read_members(
     for row, k in enumerate(members):
         points = sigma_points(x[k], covariance[k], order, spread)
         means[row], deviations[row] = mean_and_deviation(read(c, points, slowest), weights)
+        doubt = math.sqrt(covariance[k, _PULL, _PULL])
+        if abs(x[k, _PULL]) < _FOLDED * doubt and means[row, _CAPACITY] > 0.0:
+            share = doubt * c.driven_radius / means[row, _CAPACITY]
+            deviations[row, _MARGIN] = max(deviations[row, _MARGIN], share)
     return means, deviations
 
 

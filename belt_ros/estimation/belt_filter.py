@@ -115,7 +115,7 @@ class BeltFilter:
         """Go on with other noise and drift."""
         self.drift = drift
         self._sensing.retune(noise)
-        self._wander = drift_wander(drift, self.prior_stddev, self._tension_scale, self.constants)
+        self._wander = drift_wander(drift, self.prior_stddev, self._tension_scale)
         self._stepping.wander = self._wander
 
     @property

@@ -45,12 +45,12 @@ class LoadFollowing:
         c = self._constants
         ahead, variance = self._ahead(sensed)
         rim = max(c.driver_radius * abs(float(state[Index.DRIVER_SPEED])), _SLOW)
-        slip = rim * slip_per_pull(c, state) * wander.torque / c.driver_radius
+        slip = rim * slip_per_pull(c, state) * wander.load
         torques, noise = sensed.values[_TORQUES], sensed.variances[_TORQUES]
         return self._wander.follow(
             np.array((*torques, ahead)),
             np.array((*noise, variance)),
-            np.array((wander.torque, wander.torque, slip)),
+            np.array((wander.load * c.driver_radius, wander.load * c.driven_radius, slip)),
             np.array((0.0, 0.0, wander.creep * abs(ahead))),
             dt,
         )

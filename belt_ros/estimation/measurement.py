@@ -193,13 +193,16 @@ def measurement_from_joints(
     velocities: Sequence[float],
     efforts: Sequence[float],
     positions: Sequence[float] = (),
-) -> Measurement | Rejection:
+) -> Measurement | Rejection | None:
     """Read the two pulleys out of a joint state (sensor_msgs/JointState, live or from a bag).
 
-    A torque or position that the message does not carry is NaN; a message without the two joints,
-    or whose arrays do not match its names, gives the reason instead.
+    A torque or position that the message does not carry is NaN. A message with only one of the two
+    joints, or whose arrays do not match its names, gives the reason instead; one with neither is
+    somebody else's, who shares the topic, and gives None.
     """
     count = len(names)
+    if count > 0 and driver.name not in names and driven.name not in names:
+        return None
     lengths = (len(velocities), len(efforts), len(positions))
     if count == 0 or any(length not in (0, count) for length in lengths):
         return Rejection.MALFORMED

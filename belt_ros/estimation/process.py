@@ -27,6 +27,7 @@ _LEAST_PULL_ACTIVITY = 0.001
 _ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at any time in it does
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
+DRIVER_SPEED, DRIVEN_SPEED = int(Index.DRIVER_SPEED), int(Index.DRIVEN_SPEED)
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
@@ -42,7 +43,7 @@ class Process(NamedTuple):
     """What a step adds to the law of motion, per state."""
 
     memory: _Floats  # share of the distance from the prior that is kept (12,)
-    variance_before: _Floats  # added before the motion (12,): belt, torques
+    variance_before: _Floats  # added before the motion (12,): belt, torques and what they moved
     variance_after: _Floats  # added after it (12,): pull
 
 
@@ -64,7 +65,8 @@ def prior_state(prior: Prior, drive: BeltDrive) -> tuple[_Floats, _Floats]:
     mean[Index.LOG_FRICTION] = log_friction
     stddev = np.ones(STATES)
     stddev[Index.PULL] = 0.5 * prior.tension
-    stddev[Index.DRIVER_TORQUE] = stddev[Index.DRIVEN_TORQUE] = prior.tension * drive.driver.radius
+    stddev[Index.DRIVER_TORQUE] = prior.tension * drive.driver.radius
+    stddev[Index.DRIVEN_TORQUE] = prior.tension * drive.driven.radius
     stddev[Index.LOG_TENSION] = log_tension_stddev
     stddev[Index.LOG_STIFFNESS] = prior.friction_stiffness_decades * math.log(10.0)
     stddev[Index.LOG_FRICTION] = log_friction_stddev
@@ -125,15 +127,13 @@ class Wander(NamedTuple):
 
     forgetting: _Floats  # (2, 12) [1/s]
     spread: _Floats  # of the prior (2, 12)
-    torque: float  # greatest wander of a torque [N m/sqrt(s)]
+    load: float  # greatest wander of a torque, at the rim [N/sqrt(s)]
     pull: float  # greatest wander of the pull beside its law of motion [N/sqrt(s)]
     creep_error_load: float  # change of pull after which the error of creep is another [N]
     creep: float  # wander of creep at a steady load, relative [1/sqrt(s)]
 
 
-def drift_wander(
-    drift: Drift, spread: _Floats, tension_scale: float, constants: DriveConstants
-) -> Wander:
+def drift_wander(drift: Drift, spread: _Floats, tension_scale: float) -> Wander:
     """Return what steps take of a drift.
 
     Parameters
@@ -143,7 +143,6 @@ def drift_wander(
         Prior standard deviations (12,).
     tension_scale : float
         Tension [N] to which the wander of pull and torques is relative.
-    constants : DriveConstants
     """
     spreads = np.stack([spread, spread])
     rates = np.zeros_like(spreads)
@@ -160,7 +159,7 @@ def drift_wander(
     return Wander(
         forgetting,
         spreads,
-        drift.torque * tension_scale * constants.driver_radius,
+        drift.torque * tension_scale,
         drift.pull * tension_scale,
         drift.creep_error_load * tension_scale,
         math.hypot(
@@ -196,6 +195,9 @@ def drift_processes(
         For how long traction changes, where it is changing [s]: `dt`, or as `lull` has it.
     """
     renewed, deviation, changed = undeveloped
+    speeds, torques = (DRIVER_SPEED, DRIVEN_SPEED), (DRIVER_TORQUE, DRIVEN_TORQUE)
+    radii = (c.driver_radius, c.driven_radius)
+    inertias = (c.driver_inertia, c.driven_inertia)
     forgotten = wander.forgetting * dt
     if change != dt:
         for state in (LOG_TENSION, LOG_FRICTION):
@@ -206,11 +208,14 @@ def drift_processes(
     memory[:, UNDEVELOPED] = 1.0 - renewed
     variance[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
     # Torques wander before the motion, so that within the same step the pull follows them.
-    variance[:, DRIVER_TORQUE] = (activity[0] * wander.torque) ** 2 * dt
-    variance[:, DRIVEN_TORQUE] = (activity[1] * wander.torque) ** 2 * dt
+    for k in range(2):
+        torque = activity[k] * wander.load * radii[k]
+        variance[:, torques[k]] = torque**2 * dt
+        # That it wandered all through the step, and was not at once what it is at the end.
+        variance[:, speeds[k]] = (torque / inertias[k]) ** 2 * dt**3 / 3.0
     most = max(activity[0], activity[1])
     # A load that sets in within a step winds the spans at its end as if it had all along.
-    onset = _ONSET * most * min(most, 1.0) * wander.torque / c.driver_radius
+    onset = _ONSET * most * min(most, 1.0) * wander.load
     variance[:, PULL] = onset**2 * dt
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt

@@ -94,6 +94,12 @@ def input_status(
 def _judge_input(
     topic: str, report: InputReport, health: Health, greatest_gap: float, skew_limit: float
 ) -> tuple[bytes, str]:
+    if report.silence > greatest_gap and any(source.rate > 0.0 for source in report.sources):
+        return (
+            DiagnosticStatus.STALE,
+            f"messages come on {topic}, but nothing of this drive for {report.silence:.1f} s: "
+            "check driver.joint and driven.joint against the names in them",
+        )
     if report.silence > greatest_gap:
         return (
             DiagnosticStatus.STALE,

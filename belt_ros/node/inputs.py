@@ -62,8 +62,8 @@ class DriveInputs:
         Whether hub loads and span tension come as Float64 on ``driver/hub_load``,
         ``driven/hub_load`` and ``driven/span_tension``; a PulleyState carries them itself.
     heard : callable, optional
-        Called with topic and stamp [ns] of every message as it comes, before `take`; the stamp is
-        None where it is no time.
+        Called with topic and stamp [ns] of every message as it comes, before `take` and also if
+        it is another drive's; the stamp is None where it is no time.
 
     Raises
     ------
@@ -140,6 +140,8 @@ class DriveInputs:
         if self._heard is not None:
             self._heard(topic, known)
         sample = feed.read(message, stamp_ns)
+        if sample is None:
+            return
         if isinstance(sample, Rejection):
             self._take(sample, topic, stamp_ns)
         else:

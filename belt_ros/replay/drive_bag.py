@@ -150,6 +150,8 @@ class DriveBag:
         if message is None:
             return (Sample(log_ns, Rejection.MALFORMED, 0.0),)
         read = feed.read(message, log_ns)
+        if read is None:
+            return ()
         if not isinstance(read, Rejection):
             return self._ready(self._assembler.add(place, read), log_ns)
         stamp_ns = stamp_of(message) if feed.stamped else log_ns

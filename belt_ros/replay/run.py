@@ -196,6 +196,13 @@ def _smooth(
 
 def _nothing_usable(source: DriveBag, settings: DriveSettings, tally: Tally) -> str:
     topics = ", ".join(source.topics)
+    joints = (
+        f" The configuration asks for the joints {settings.driver.name} and {settings.driven.name} "
+        f"with their velocities; the messages carry {', '.join(source.joints_seen)}. Set "
+        "driver.joint and driven.joint."
+    )
+    if tally.messages == 0 and source.joints_seen:
+        return f"{source.path}: no message on {topics} is of this drive.{joints}"
     if tally.messages == 0:
         return f"{source.path}: {topics} holds no messages. Record while the drive runs."
     reasons = ", ".join(
@@ -205,9 +212,5 @@ def _nothing_usable(source: DriveBag, settings: DriveSettings, tally: Tally) -> 
         f"{source.path}: none of the {tally.messages} messages on {topics} can be used ({reasons})."
     )
     if tally.rejected[Rejection.INCOMPLETE] and source.joints_seen:
-        text += (
-            f" The configuration asks for the joints {settings.driver.name} and "
-            f"{settings.driven.name} with their velocities; the messages carry "
-            f"{', '.join(source.joints_seen)}. Set driver.joint and driven.joint."
-        )
+        text += joints
     return text

@@ -46,23 +46,23 @@ class DriveModel:
         mean, spread = prior_state(settings.prior, settings.drive)
         self.mean, self.stddev = mean[:CARRIED], spread[:CARRIED]
         self._settings = settings
-        self._wander = drift_wander(settings.drift, spread, settings.prior.tension, self.constants)
+        self._wander = drift_wander(settings.drift, spread, settings.prior.tension)
         self._load = LoadWander()
 
     def activity(self, z: _Floats, variance: _Floats, dt: float) -> _Floats:
         """Follow the load by readings of `SENSED`: how fast each torque (2,) wanders."""
-        c, torque = self.constants, self._wander.torque
+        c, load = self.constants, self._wander.load
         radii = np.array([c.driver_radius, -c.driven_radius])
         ahead = radii @ z[:2]
         speed = max(abs(c.driver_radius * z[0]), _SLOW)
         state = _whole(self.mean[np.newaxis])[0]
         state[[Index.DRIVER_SPEED, Index.DRIVEN_SPEED]] = z[:2]
         state[Index.PULL] = z[2] / c.driver_radius
-        slip = speed * slip_per_pull(c, state) * torque / c.driver_radius
+        slip = speed * slip_per_pull(c, state) * load
         return self._load.follow(
             np.append(z[2:], ahead),
             np.append(variance[2:], radii**2 @ variance[:2]),
-            np.array([torque, torque, slip]),
+            np.array([load * c.driver_radius, load * c.driven_radius, slip]),
             np.array([0.0, 0.0, self._wander.creep * abs(ahead)]),
             dt,
         )

@@ -66,7 +66,7 @@ def test_slip_of_a_compliant_contact_tells_how_fast_the_load_moves(
     drive = drive_with(settings, 2e5)
     c = drive_constants(drive)
     _, stddev = prior_state(settings.prior, drive)
-    wander = drift_wander(settings.drift, stddev, settings.prior.tension, c)
+    wander = drift_wander(settings.drift, stddev, settings.prior.tension)
     following, random = LoadFollowing(c), np.random.default_rng(seed)
     state = state_of(settings, drive, PULL)
     slope = slip_per_pull(c, state)

@@ -63,6 +63,12 @@ def test_a_joint_state_that_cannot_be_read_says_why(
     assert found is reason
 
 
+@pytest.mark.parametrize("lengths", [(2, 0, 0), (0, 0, 2), (0, 0, 0), (1, 0, 0)])
+def test_a_joint_state_of_somebody_else_is_nothing(lengths) -> None:
+    arrays = ([1.0] * length for length in lengths)
+    assert measurement_from_joints(DRIVER, DRIVEN, 0, ("elbow", "wrist"), *arrays) is None
+
+
 def test_joints_are_found_by_name_and_what_is_missing_is_nan() -> None:
     found = measurement_from_joints(DRIVER, DRIVEN, 7, ["a", "roller", "motor"], [1, 2, 3], [])
     assert isinstance(found, Measurement)
@@ -234,6 +240,7 @@ def test_a_missing_position_stays_missing() -> None:
 )
 def test_no_joint_state_raises(names, velocities, efforts, positions) -> None:
     found = measurement_from_joints(GEARED, DRIVEN, 0, names, velocities, efforts, positions)
-    assert isinstance(found, Measurement | Rejection)
+    assert isinstance(found, Measurement | Rejection | None)
+    assert (found is None) == (len(names) > 0 and not {GEARED.name, DRIVEN.name} & set(names))
     if isinstance(found, Measurement):
         check_measurement(found, LIMITS)

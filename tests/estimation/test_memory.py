@@ -164,7 +164,7 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
     """All but the ratio bias, which the filter holds for constant."""
     law = forgetting(MEAN, STDDEV, DRIFT, pace=1.0)._replace(changes=0.0)
     constants = drive_constants(DRIVE)
-    wander = drift_wander(DRIFT, STDDEV, 400.0, constants)
+    wander = drift_wander(DRIFT, STDDEV, 400.0)
     process, _ = drift_processes(wander, constants, np.ones(2), (1.0, 0.0, 0.0), elapsed, elapsed)
     belt = PLACES[:3]
     learned = learn(components).components

@@ -391,7 +391,7 @@ def creep_memory(settings: DriveSettings, changed: float, dt: float) -> tuple[fl
     """Share of the creep's error that is kept in a step, and the variance that is added."""
     c = drive_constants(settings.drive)
     _, spread = prior_state(settings.prior, settings.drive)
-    wander = drift_wander(settings.drift, spread, settings.prior.tension, c)
+    wander = drift_wander(settings.drift, spread, settings.prior.tension)
     process, _ = drift_processes(wander, c, np.zeros(2), (0.01, 0.0, changed), dt, dt)
     return float(process.memory[CREEP_ERROR]), float(process.variance_before[CREEP_ERROR])
 

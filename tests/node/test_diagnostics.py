@@ -22,6 +22,7 @@ from belt_ros.estimation.estimate import Consistency, Fit, LostTraction, Reserve
 from belt_ros.node.diagnostics import REJECTION_ADVICE, drive_status, input_status
 from belt_ros.node.input_meter import InputMeter, InputReport
 from belt_ros.node.node_status import node_status
+from belt_ros.node.source_meter import SourceReport
 from belt_ros.settings import load_settings
 
 
@@ -155,6 +156,13 @@ def test_the_nodes_row_knows_slow_input_from_silence() -> None:
     row = node_status("belt_node", [report(received=0, silence=5.1, silent=True), report()])
     assert (row.level, row.message) == (DiagnosticStatus.WARN, "2 drives, 1 silent")
     assert node_status("belt_node", [slow]).level == DiagnosticStatus.OK
+
+
+def test_messages_of_none_but_others_are_told_from_silence() -> None:
+    others = SourceReport("/joint_states", 100.0, 0.001, 0.002, 0.0, 0.01)
+    row = input_row(report(received=0, silence=2.0, sources=(others,)))
+    assert row.level == DiagnosticStatus.STALE
+    assert "nothing of this drive for 2.0 s: check driver.joint" in row.message
 
 
 def test_a_silence_is_too_long_once_it_is_longer_than_asked() -> None:

@@ -103,6 +103,15 @@ def test_what_cannot_be_used_is_counted_by_reason(
     assert not_finite(state) == []
 
 
+def test_joint_states_of_others_on_the_same_topic_are_left_alone(client: Client) -> None:
+    for _ in range(5):
+        client.send(name=("elbow", "wrist"))
+    state = client.next_state()
+
+    assert len(client.states) == 1
+    assert sum(state.rejection_counts) == 0
+
+
 def test_what_is_not_measured_is_no_reason_to_reject(client: Client) -> None:
     state = client.next_state(effort=(NAN, -30.0))
     state = client.next_state(effort=())

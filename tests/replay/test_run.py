@@ -171,7 +171,7 @@ def test_alarm_is_told_at_the_start_and_after_a_reset(make_bag, settings, tmp_pa
 
 def test_foreign_joints_are_named(make_bag, settings, tmp_path):
     bag = make_bag(steady_run(4), joints=("shoulder", "elbow"))
-    with pytest.raises(BagError, match=r"none of the 4 messages .*4 incomplete.*shoulder, elbow"):
+    with pytest.raises(BagError, match=r"no message on /joint_states is of this.*shoulder, elbow"):
         replay(bag, settings, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 

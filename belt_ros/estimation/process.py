@@ -27,7 +27,6 @@ _LEAST_PULL_ACTIVITY = 0.001
 _ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at any time in it does
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
-DRIVER_SPEED, DRIVEN_SPEED = int(Index.DRIVER_SPEED), int(Index.DRIVEN_SPEED)
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
@@ -43,7 +42,7 @@ class Process(NamedTuple):
     """What a step adds to the law of motion, per state."""
 
     memory: _Floats  # share of the distance from the prior that is kept (12,)
-    variance_before: _Floats  # added before the motion (12,): belt, torques and what they moved
+    variance_before: _Floats  # added before the motion (12,): belt, torques
     variance_after: _Floats  # added after it (12,): pull
 
 
@@ -195,9 +194,6 @@ def drift_processes(
         For how long traction changes, where it is changing [s]: `dt`, or as `lull` has it.
     """
     renewed, deviation, changed = undeveloped
-    speeds, torques = (DRIVER_SPEED, DRIVEN_SPEED), (DRIVER_TORQUE, DRIVEN_TORQUE)
-    radii = (c.driver_radius, c.driven_radius)
-    inertias = (c.driver_inertia, c.driven_inertia)
     forgotten = wander.forgetting * dt
     if change != dt:
         for state in (LOG_TENSION, LOG_FRICTION):
@@ -208,11 +204,8 @@ def drift_processes(
     memory[:, UNDEVELOPED] = 1.0 - renewed
     variance[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
     # Torques wander before the motion, so that within the same step the pull follows them.
-    for k in range(2):
-        torque = activity[k] * wander.load * radii[k]
-        variance[:, torques[k]] = torque**2 * dt
-        # That it wandered all through the step, and was not at once what it is at the end.
-        variance[:, speeds[k]] = (torque / inertias[k]) ** 2 * dt**3 / 3.0
+    variance[:, DRIVER_TORQUE] = (activity[0] * wander.load * c.driver_radius) ** 2 * dt
+    variance[:, DRIVEN_TORQUE] = (activity[1] * wander.load * c.driven_radius) ** 2 * dt
     most = max(activity[0], activity[1])
     # A load that sets in within a step winds the spans at its end as if it had all along.
     onset = _ONSET * most * min(most, 1.0) * wander.load

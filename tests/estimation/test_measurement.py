@@ -63,6 +63,19 @@ def test_a_joint_state_that_cannot_be_read_says_why(
     assert found is reason
 
 
+def test_a_speed_that_is_missing_takes_a_torque_along_only_where_there_is_drag() -> None:
+    arguments = 7, ["motor", "roller"], [math.nan, 2.0], [5.0, -4.0]
+    found = measurement_from_joints(DRIVER, DRIVEN, *arguments)
+    assert isinstance(found, Measurement)
+    assert math.isnan(found.driver_speed)
+    assert (found.driver_torque, found.driven_torque) == (5.0, -4.0)
+    rubbing = dataclasses.replace(DRIVER, drag_damping=0.1)
+    found = measurement_from_joints(rubbing, DRIVEN, *arguments)
+    assert isinstance(found, Measurement)
+    assert math.isnan(found.driver_torque)
+    assert found.driven_torque == -4.0
+
+
 @pytest.mark.parametrize("lengths", [(2, 0, 0), (0, 0, 2), (0, 0, 0), (1, 0, 0)])
 def test_a_joint_state_of_somebody_else_is_nothing(lengths) -> None:
     arrays = ([1.0] * length for length in lengths)

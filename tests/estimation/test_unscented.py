@@ -8,7 +8,14 @@ from filterpy.kalman import UnscentedKalmanFilter
 
 from belt_ros.estimation.bank import POINTS, UnscentedBank, motion_points
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import STATES, Index, propagate, read, step_direction
+from belt_ros.estimation.state import (
+    STATES,
+    Index,
+    Reading,
+    propagate,
+    read,
+    step_direction,
+)
 from belt_ros.estimation.unscented import GradedSigmaPoints, take_in
 from belt_ros.mechanics import Belt, BeltDrive, Pulley
 from belt_ros.mechanics.constants import drive_constants
@@ -119,6 +126,16 @@ def test_however_much_a_reading_tells_covariances_stay_within_their_variances(
     assert np.all(np.abs(p) <= np.sqrt(np.outer(variances, variances)) + rounding)
     for at in seen[-1:]:  # the last one read is known as well as it can be
         assert np.all(np.abs(p[at]) <= (1.0 + 1e-9) * np.sqrt(p[at, at] * variances))
+
+
+@pytest.mark.parametrize("pull", [0.0, 8.0, 15.0])
+def test_the_margin_of_an_idle_drive_is_as_uncertain_as_its_pull(pull: float) -> None:
+    """Near none, most of what the pull may be has the same size either way."""
+    idle = bank(1)
+    idle.x[:, Index.PULL], idle.P[:, Index.PULL, Index.PULL] = pull, 8.0**2
+    (means,), (deviations,) = idle.read(np.array([0]), 0.02)
+    share = 8.0 * CONSTANTS.driven_radius / means[Reading.CAPACITY]
+    assert share <= deviations[Reading.MARGIN] < 1.2 * share
 
 
 def test_points_of_a_covariance_that_rounding_made_indefinite_are_finite() -> None:

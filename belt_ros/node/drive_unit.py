@@ -73,7 +73,11 @@ class DriveUnit:
 
             self._node.create_service(kind, f"~/{self._prefix}{name}", respond)
 
-        offer(Trigger, "reset", lambda _: services.reset(self._running, self._memory))
+        offer(
+            Trigger,
+            "reset",
+            lambda _: services.reset(self._running, self._memory, self._publish_alarm),
+        )
         offer(
             Trigger,
             "acknowledge",

@@ -3,6 +3,7 @@
 Knows a steady clock, but neither node nor middleware.
 """
 
+import dataclasses
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from belt_ros.estimation import (
     AlarmStatus,
     BeltEstimate,
+    Condition,
     Health,
     Learned,
     Maintenance,
@@ -166,9 +168,24 @@ class Pipeline:
         self._monitor.reject(Rejection.GATED)
         self._monitor.start_anew()
 
-    def reset(self) -> None:
-        """Start anew at the priors."""
+    def reset(self) -> AlarmStatus | None:
+        """Start anew at the priors; return the alarms' status if there has been any to forget."""
         self._monitor.reset()
+        if self._alarm is None:
+            return None
+        self._alarm = dataclasses.replace(
+            self._alarm,
+            condition=Condition.NONE,
+            severity=Severity.NORMAL,
+            latched_severity=Severity.NORMAL,
+            acknowledged=True,
+            count=0,
+            first_ns=0,
+            last_ns=0,
+            message=f"{self.drive_name}: no alarm condition; estimation was started anew",
+            conditions=(),
+        )
+        return self._alarm
 
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew where the run began if ROS time, `now_ns` [ns], is back behind the estimate.

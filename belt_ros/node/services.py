@@ -39,11 +39,15 @@ _NO_ESTIMATE = Answer(
 )
 
 
-def reset(pipeline: Pipeline | None, memory: Memory | None) -> Answer:
-    """Start anew at the configured priors, also in the runs to come."""
+def reset(
+    pipeline: Pipeline | None, memory: Memory | None, publish: Callable[[AlarmStatus], None]
+) -> Answer:
+    """Start anew at the configured priors, also in the runs to come; no alarm outlives it."""
     if pipeline is None:
         return _NOT_ACTIVE
-    pipeline.reset()
+    alarm = pipeline.reset()
+    if alarm is not None:
+        publish(alarm)
     kept = memory.forget() if memory is not None else ""
     message = f"started anew at the configured priors, reset {pipeline.health.resets}"
     return Answer(success=True, message=f"{message}; {kept}" if kept else message)

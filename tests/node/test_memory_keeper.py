@@ -265,7 +265,7 @@ def test_a_memory_that_upsets_the_arithmetic_is_refused(
 def test_a_reset_goes_back_to_the_priors_for_good(taught: Path) -> None:
     run = Run(taught)
     run.take()
-    answer = services.reset(run.pipeline, run.memory)
+    answer = services.reset(run.pipeline, run.memory, lambda _: None)
     aside = taught.with_name("belt.json.before_reset")
 
     assert answer.success

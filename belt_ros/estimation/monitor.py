@@ -182,7 +182,9 @@ class BeltMonitor:
         known = self._credence.known
         if known is None:
             return None
-        return learned_from(known, self.name, self._drive, date, self._installed)
+        # As told is as told then: descriptions are edited between runs.
+        installed = None if self._installed == self._told else self._installed
+        return learned_from(known, self.name, self._drive, date, installed)
 
     def restore(self, learned: Learned, elapsed: float) -> str:
         """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".

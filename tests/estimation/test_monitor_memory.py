@@ -252,6 +252,17 @@ def test_a_loss_does_not_vanish_with_the_end_of_a_run(
     assert lost(run, monitor) > 0.9
 
 
+def test_a_belt_that_was_only_told_is_as_it_is_told_in_the_next_run(
+    settings: DriveSettings, loosened: BeltMonitor
+) -> None:
+    learned = loosened.learned(DATE)
+    assert learned is not None
+    told = dataclasses.replace(settings, prior=dataclasses.replace(settings.prior, tension=300.0))
+    monitor = told.monitor()
+    monitor.restore(learned, 60.0)
+    assert monitor.alarm.installed == 300.0
+
+
 @pytest.mark.parametrize(
     ("kind", "tension", "told", "installed"),
     [

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from belt_ros.estimation import Joint, Measurement, Rejection, measurement_from_joints
+from belt_ros.estimation.measurement import of_others
 from belt_ros.parameter_table import Parameter, SettingsError
 from belt_ros.settings import names_of_drives, read_parameters
 from belt_ros.several_drives import values_of_drive
@@ -213,9 +214,11 @@ def measurement_from_joint_state(
 
     None if it has nothing of either.
     """
-    stamp_ns = stamp_of(message)
-    if stamp_ns is None or len(message.name) > _MOST_JOINTS:
+    if len(message.name) > _MOST_JOINTS:
         return Rejection.MALFORMED
+    stamp_ns = stamp_of(message)
+    if stamp_ns is None:
+        return None if of_others(driver, driven, message.name) else Rejection.MALFORMED
     return measurement_from_joints(
         driver,
         driven,

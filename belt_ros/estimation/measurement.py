@@ -185,6 +185,11 @@ def check_measurement(measurement: Measurement, limits: SensorLimits) -> Rejecti
     return Rejection.NONE
 
 
+def of_others(driver: Joint, driven: Joint, names: Sequence[str]) -> bool:
+    """Whether there are joints, and neither is one of the two."""
+    return len(names) > 0 and driver.name not in names and driven.name not in names
+
+
 def measurement_from_joints(
     driver: Joint,
     driven: Joint,
@@ -201,7 +206,7 @@ def measurement_from_joints(
     somebody else's, who shares the topic, and gives None.
     """
     count = len(names)
-    if count > 0 and driver.name not in names and driven.name not in names:
+    if of_others(driver, driven, names):
         return None
     lengths = (len(velocities), len(efforts), len(positions))
     if count == 0 or any(length not in (0, count) for length in lengths):

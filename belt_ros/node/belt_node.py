@@ -213,7 +213,7 @@ class BeltNode(LifecycleNode):
 
     def _watch(self) -> None:
         for unit in self.units:
-            unit.watch()
+            unit.watch(_WATCH_PERIOD)
 
     def _publish_diagnostics(self) -> None:
         if not self._active:

@@ -224,12 +224,15 @@ class DriveUnit:
         if outcome.calibration is not None:
             self._tell_calibration(pipeline, outcome.calibration)
 
-    def watch(self) -> None:
-        """Take in what has waited too long, and notice silence; to be called on steady time."""
+    def watch(self, period: float) -> None:
+        """Take in what has waited too long, and notice silence.
+
+        To be called on steady time, every `period` [s].
+        """
         pipeline = self._running
         if pipeline is None:
             return
-        self._inputs.flush()
+        self._inputs.flush(period)
         outcome = pipeline.watch(self._now_ns())
         if outcome.alarm is not None:
             self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)

@@ -1,5 +1,6 @@
 """One drive's input: which topics, as what messages, and how they become measurements."""
 
+import math
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import Any
@@ -25,6 +26,7 @@ from belt_ros.node.topic_hub import TopicHub
 
 Take = Callable[[Measurement | Rejection, str, int], None]
 Heard = Callable[[str, int | None], None]
+_ROUNDING = 1e-9  # [s]
 _MOST_WAITING = 10_000  # samples: ten topics of 1 kHz for a second
 _TYPES = {JOINT_STATE: JointState, PULLEY_STATE: PulleyState, FLOAT64: Float64}
 
@@ -97,6 +99,7 @@ class DriveInputs:
         self._assembler_of = partial(
             Assembler, window, slop, len(found), _MOST_WAITING, disorder, gap
         )
+        self._patience = max(window, disorder) - _ROUNDING
         self.begin()
         self._sources = tuple(
             hub.subscribe(_TYPES[feed.type_name], feed.topic, partial(self._hear, place, feed))
@@ -117,20 +120,24 @@ class DriveInputs:
         """Forget what has come so far."""
         self._assembler = self._assembler_of()
         self._readings = JointReadings(*self._joints)
-        self._quiet = True
+        self._just_heard = False
+        self._quiet = 0.0
 
-    def flush(self) -> None:
-        """Release what waits if nothing has come since the last call.
+    def flush(self, period: float = math.inf) -> None:
+        """Release what waits once nothing has come for the window.
 
-        To be called by a steady timer, no more often than once in a window: then nothing waits for
-        longer than two, also when the stamps stand still.
+        To be called by a steady timer, every `period` [s]: then nothing waits for longer than the
+        window and two periods, also when the stamps stand still.
         """
-        if self._quiet and self._assembler.pending:
+        if self._just_heard:
+            self._just_heard, self._quiet = False, 0.0
+            return
+        self._quiet += period
+        if self._quiet >= self._patience and self._assembler.pending:
             self._pass_on(self._assembler.flush(), "")
-        self._quiet = True
 
     def _hear(self, place: int, feed: Feed, message: Any) -> None:
-        self._quiet = False
+        self._just_heard = True
         topic = self._sources[place]
         if feed.stamped:
             known = stamp_of(message)

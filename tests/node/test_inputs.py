@@ -91,6 +91,28 @@ def test_what_one_pulley_holds_up_is_released_in_silence(graph: Graph) -> None:
     assert listener.inputs.pending == 0
 
 
+def test_what_comes_within_a_long_window_is_waited_for_however_often_a_timer_looks(
+    graph: Graph,
+) -> None:
+    with ExitStack() as made:
+        listener = Listener(graph.node("belt"), InputKind.PULLEY_STATE, made, window=0.5)
+        graph.send("driver/state", pulley_state(7, speed=4.0))
+        graph.until(lambda: listener.inputs.pending == 1)
+        for _ in range(5):  # half a second but for a moment
+            listener.inputs.flush(0.1)
+        assert listener.taken == []
+        graph.send("driven/state", pulley_state(7, speed=3.0))
+        graph.until(lambda: len(listener.taken) == 1)
+        graph.send("driver/state", pulley_state(8, speed=4.0))
+        graph.until(lambda: listener.inputs.pending == 1)
+        for _ in range(6):
+            listener.inputs.flush(0.1)
+
+    both, alone = listener.measurements
+    assert (both.driver_speed, both.driven_speed) == (2.0, -3.0)
+    assert math.isnan(alone.driven_speed)
+
+
 def test_what_waits_is_forgotten_at_the_beginning(graph: Graph) -> None:
     with ExitStack() as made:
         listener = Listener(graph.node("belt"), InputKind.PULLEY_STATE, made)

@@ -13,7 +13,6 @@ from belt_ros.estimation.hindsight import HindsightEstimate, HindsightReader
 from belt_ros.estimation.recent import RecentSteps
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("hindsight")
 DAY_NS = 86_400_000_000_000
 QUANTITIES = [f.name for f in dataclasses.fields(HindsightEstimate) if f.type is Quantity]
 SHORT = {"seed": 5, "sample_rate": 50.0, "duration": 3.0, "speed": [[0.0, 60.0], [0.5, 120.0]]}

@@ -18,7 +18,6 @@ from belt_ros.estimation.estimate import Consistency
 from belt_ros.estimation.fit import worst_sensor
 from belt_ros.mechanics import solve_equilibrium
 
-pytestmark = pytest.mark.xdist_group("monitor_life")
 STEADY = {"seed": 5, "sample_rate": 100.0, "speed": [[0.0, 0.0], [1.0, 120.0]]}
 
 

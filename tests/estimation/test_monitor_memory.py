@@ -12,7 +12,6 @@ from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind
 from belt_ros.estimation.memory import Learned, MemoryRefusedError
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("monitor_memory")
 DATE = 1.7e9
 DAY = 86400.0
 DRIVE = {"condition__tension": 440.0, "condition__friction_stiffness": 6e6, "sample_rate": 100.0}

@@ -19,7 +19,6 @@ from belt_ros.estimation.traction import Loss, named_loss
 from belt_ros.mechanics import torque_capacity
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("monitor_reserve")
 TRUE = {"condition__tension": 440.0, "condition__friction_stiffness": 6e6, "sample_rate": 50.0}
 LOADED = {"duration": 3.0, "seed": 1, "speed": 120.0, "load": [[0.3, 0.0], [0.8, 45.0]], **TRUE}
 

@@ -12,7 +12,6 @@ from belt_ros.estimation import BeltFilter, Measurement
 from belt_ros.estimation.state import Index, Reading
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("partial_measurements")
 SEEDS = range(2)
 DURATION = 3.0
 TENSION, STIFFNESS = 440.0, 8e6

@@ -15,7 +15,6 @@ from belt_ros.estimation.smoother import Members, Moved
 from belt_ros.estimation.state import Index
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("rewinding")
 SEEDS = range(8)
 LOG_STIFFNESS = math.log(8e6)
 BEGIN, END = 2.0, 4.0  # of a ramp from rest to 10 N m, a sixth of what the belt carries [s]

@@ -16,7 +16,6 @@ from belt_ros.rig import measured
 from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.settings import DriveSettings
 
-pytestmark = pytest.mark.xdist_group("sensors_in_filter")
 LOADS = ("driver_hub_load", "driven_hub_load", "span_tension")
 POSITIONS = {"driver_position": math.nan, "driven_position": math.nan}
 SAMPLE_RATE = 50.0

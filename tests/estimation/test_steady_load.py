@@ -9,7 +9,6 @@ from runs import Run, Runner, assert_sound, within
 from belt_ros.estimation import Knowledge
 from belt_ros.estimation.traction import Loss, named_loss
 
-pytestmark = pytest.mark.xdist_group("steady_load")
 SEEDS = range(6)
 TENSIONS = (420.0, 440.0)
 BEGIN = 2.2  # of the steady load [s]

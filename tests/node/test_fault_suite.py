@@ -10,7 +10,7 @@ from benchmarks.faults.judge import Verdict, judged
 from benchmarks.faults.run import play
 from benchmarks.faults.timeline import timeline
 
-pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("fault_suite")]
+pytestmark = pytest.mark.ros
 
 BEGIN, END, DURATION = 3.5, 4.7, 8.0  # [s]
 LOAD = [[2.0, 0.0], [2.2, 30.0]]
@@ -51,8 +51,8 @@ CASES = (
     ),
 )
 BY_NAME = {case.name: case for case in CASES}
-# Each plays at real speed, once: all that is asked of it is asked by one worker.
-NAMES = [pytest.param(name, marks=pytest.mark.xdist_group(f"fault {name}")) for name in BY_NAME]
+# Each plays at real speed, once: all that is asked of a module is asked by one worker.
+NAMES = list(BY_NAME)
 
 
 @cache

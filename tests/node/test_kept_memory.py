@@ -22,7 +22,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from belt_ros.estimation.memory_file import load
 
-pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("kept_memory")]
+pytestmark = pytest.mark.ros
 BAG = Path(__file__).resolve().parents[1] / "data" / "rig_bag"
 STANDING = {"velocity": (0.0, 0.0), "effort": (0.0, 0.0)}
 MEASURED_TENSION = RecordMaintenance.Request.MEASURED_TENSION

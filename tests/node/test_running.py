@@ -19,7 +19,7 @@ from node_harness import (
     ns,
 )
 
-pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("running_node")]
+pytestmark = pytest.mark.ros
 NAN = math.nan
 
 

@@ -12,7 +12,7 @@ from node_harness import MILLISECOND, Client, NodeProcess
 
 from belt_ros.estimation import MaintenanceKind
 
-pytestmark = [pytest.mark.ros, pytest.mark.xdist_group("services")]
+pytestmark = pytest.mark.ros
 NAN = math.nan
 RE_TENSIONED = RecordMaintenance.Request.RE_TENSIONED
 BELT_REPLACED = RecordMaintenance.Request.BELT_REPLACED

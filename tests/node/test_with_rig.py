@@ -26,7 +26,6 @@ events:
   - {{at: 5.0, load: 15.0, over: 0.1}}
 """
 TRIP, GROSS_SLIP = 3, 3
-pytestmark = pytest.mark.xdist_group("with_rig")
 
 
 @pytest.fixture(scope="module")

@@ -19,10 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 BAG = ROOT.parent / "shared" / "data" / "exudyn_belt_drive"
 CONFIG = ROOT / "config" / "exudyn_flat_belt.yaml"
 TIGHT, SLACK = 665.2, 186.6  # [N], recorded belt force at the end
-pytestmark = [
-    pytest.mark.xdist_group("exudyn_bag"),
-    pytest.mark.skipif(not BAG.is_dir(), reason="../shared/data is not there"),
-]
+pytestmark = pytest.mark.skipif(not BAG.is_dir(), reason="../shared/data is not there")
 
 
 @dataclasses.dataclass

@@ -26,7 +26,6 @@ from belt_ros.rig.faults import Fault, FaultKind, SensorFaults
 from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.settings import DriveSettings
 
-
 BEGIN, END, LAST = 3.0, 4.0, 5.5  # [s]
 LOADS = {
     "steady": [[1.5, 0.0], [1.7, 45.0]],

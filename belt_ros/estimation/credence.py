@@ -1,5 +1,6 @@
 """What is held to be known of the belt: to start from, now, and while sensors do not fit."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,6 +13,7 @@ from belt_ros.estimation.doubt import Doubt, Turn, decided, either
 from belt_ros.estimation.estimate import LostTraction
 from belt_ros.estimation.gaussian_sum import Component, normalised
 from belt_ros.estimation.installed import Installed
+from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.misfit import Misfit
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.traction import traction_reference
@@ -41,6 +43,7 @@ class Credence:
     def __init__(self, belt_filter: BeltFilter, drive: BeltDrive, installed: Installed) -> None:
         self.initial: list[Component] | None = None
         self._filter = belt_filter
+        self._tension_measured = False
         self.compare_with(installed)
         self._reader = BeliefReader(drive)
         self.begin()
@@ -54,12 +57,20 @@ class Credence:
 
     def compare_with(self, installed: Installed) -> None:
         """Compare traction with that of a belt as it was installed."""
+        self._installed = installed
         self._reference = traction_reference(
             self._filter.constants,
             installed.log_tension,
             installed.log_friction,
             float(self._filter.prior_stddev[Index.LOG_FRICTION]),
+            tension_measured=self._tension_measured,
         )
+
+    def see(self, measurement: Measurement) -> None:
+        """Note whether the tension is measured, which tells its loss from that of friction."""
+        if not self._tension_measured and not all(map(math.isnan, measurement.loads)):
+            self._tension_measured = True
+            self.compare_with(self._installed)
 
     @property
     def doubted(self) -> bool:

@@ -288,6 +288,7 @@ class BeltMonitor:
             if reason is not Rejection.NONE:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
+        self._credence.see(measurement)
         stamp_ns = measurement.stamp_ns
         estimate = self._account.tell(stamp_ns, self.limits, waits=self._lull.waits)
         self._credence.keep(stamp_ns, estimate.lost_traction)

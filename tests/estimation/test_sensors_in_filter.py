@@ -11,6 +11,7 @@ from runs import Run, assert_sound, within
 from belt_ros.estimation import Knowledge, Measurement, Rejection
 from belt_ros.estimation.process import CREEP_ERROR, drift_processes, drift_wander, prior_state
 from belt_ros.estimation.state import Index
+from belt_ros.estimation.traction import Loss, named_loss
 from belt_ros.mechanics.constants import drive_constants
 from belt_ros.rig import measured
 from belt_ros.rig.scenario import scenario_from_mapping
@@ -171,6 +172,25 @@ def test_with_a_hub_load_a_loss_of_friction_is_not_blamed_on_the_tension(
     assert within(estimate.friction_coefficient, 0.72, 3.0)
     assert estimate.friction_coefficient.stddev < 0.05
     assert within(estimate.margin, truth.margin, 3.0)
+
+
+def test_with_a_hub_load_oil_on_the_pulley_is_called_a_loss_of_friction(
+    settings: DriveSettings,
+) -> None:
+    names = []
+    for seed in range(3):
+        estimate = lost(settings, seed, 30.0, friction_coefficient=0.45).outputs[-1].estimate
+        names.append(named_loss(estimate.lost_traction))
+    assert names == [Loss.FRICTION] * 3
+
+
+def test_with_a_hub_load_a_loss_of_tension_is_surely_one_of_tension(
+    settings: DriveSettings,
+) -> None:
+    for seed in range(3):
+        told = lost(settings, seed, 30.0, tension=264.0).outputs[-1].estimate.lost_traction
+        assert named_loss(told) is Loss.TENSION
+        assert told.tension > 0.9
 
 
 def test_in_a_change_of_traction_members_stand_side_by_side_along_mu(

@@ -103,7 +103,7 @@ def test_bad_messages_are_counted_by_their_reason(make_bag, settings, tmp_path):
     def spoil(place, **changes):
         samples[place] = samples[place]._replace(**changes)
 
-    spoil(3, velocity=(math.nan, math.nan))
+    spoil(3, velocity=(math.nan, math.nan), effort=(math.nan, math.nan))
     spoil(5, velocity=(speeds[0], math.inf))
     spoil(7, effort=(-math.inf, torques[1]))
     spoil(9, stamp_ns=samples[8].stamp_ns)

@@ -28,7 +28,7 @@ _ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at an
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
 DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
-PULL, UNDEVELOPED, TRAVEL = int(Index.PULL), int(Index.UNDEVELOPED), int(Index.TRAVEL)
+PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
 LOG_TENSION, LOG_FRICTION = int(Index.LOG_TENSION), int(Index.LOG_FRICTION)
 STANDING = 1e-3  # wear of a belt that stands, relative to one that runs
@@ -43,7 +43,7 @@ class Process(NamedTuple):
 
     memory: _Floats  # share of the distance from the prior that is kept (12,)
     variance_before: _Floats  # added before the motion (12,): belt, torques
-    variance_after: _Floats  # added after it (12,): pull, travel
+    variance_after: _Floats  # added after it (12,): pull
 
 
 def lognormal(mean: float, stddev: float) -> tuple[float, float]:
@@ -212,10 +212,6 @@ def drift_processes(
     variance[:, PULL] = onset**2 * dt
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt
-    # A load is what it is at a step's end only then: on the way there the rims ran otherwise.
-    gained = activity[0] * min(activity[0], 1.0) * c.driver_radius**2 / c.driver_inertia
-    gained += activity[1] * min(activity[1], 1.0) * c.driven_radius**2 / c.driven_inertia
-    motion[TRAVEL] = (0.5 * dt * gained * wander.load) ** 2 * dt**3 / 3.0
     return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)
 
 

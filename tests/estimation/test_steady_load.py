@@ -124,6 +124,7 @@ def test_tension_and_mu_are_open_in_a_change_of_traction(loosened) -> None:
         before, during = run.at(4.9)[0], run.at(6.0)[0]
         opened.append(during.friction_coefficient.stddev / before.friction_coefficient.stddev)
     assert np.median(opened) > 3.5
+    assert np.sort(opened)[1] > 2.0
     assert np.min(opened) > 1.5  # a loss that is noticed early is half over by then
 
 

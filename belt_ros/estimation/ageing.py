@@ -50,10 +50,10 @@ def aged(
 def _faded(member: Component, process: Process, prior_mean: _Floats) -> Component:
     memory = np.ones(len(prior_mean))
     memory[BELT] = process.memory[BELT]
-    gained = np.zeros(len(prior_mean))
-    gained[BELT] = process.variance_before[BELT]
+    gained = np.zeros_like(process.covariance_before)
+    gained[BELT, BELT] = process.covariance_before[BELT, BELT]
     mean = prior_mean + memory * (member.mean - prior_mean)
-    covariance = np.outer(memory, memory) * member.covariance + np.diag(gained)
+    covariance = np.outer(memory, memory) * member.covariance + gained
     return Component(member.log_weight, mean, covariance, member.changing)
 
 

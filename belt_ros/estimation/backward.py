@@ -230,16 +230,15 @@ def mode_weights(log_weights: _Floats, modes: _Places, mode: int) -> _Floats:
 
 @compiled
 def fading_moments(
-    mean: _Floats, covariance: _Floats, memory: _Floats, anchor: _Floats, variance: _Floats
+    mean: _Floats, covariance: _Floats, memory: _Floats, anchor: _Floats, gained: _Floats
 ) -> Moments:
-    """Joint moments of x and anchor + memory (x - anchor) + noise of `variance`, all (n,)."""
+    """Joint moments of x and anchor + memory (x - anchor) + noise of covariance `gained`."""
     n = mean.shape[0]
     cross, faded = np.empty((n, n)), np.empty((n, n))
     for i in range(n):
         for j in range(n):
             cross[i, j] = covariance[i, j] * memory[j]
-            faded[i, j] = memory[i] * cross[i, j]
-        faded[i, i] += variance[i]
+            faded[i, j] = memory[i] * cross[i, j] + gained[i, j]
     return Moments(mean, covariance, anchor + memory * (mean - anchor), faded, cross)
 
 
@@ -250,11 +249,11 @@ def fading_kernel(
     covariances: _Floats,
     memory: _Floats,
     anchor: _Floats,
-    variance: _Floats,
+    gained: _Floats,
 ) -> tuple[Kernel, Moments]:
     """Kernel and joint moments of fading, for a sum of Gaussian members, see `fading_moments`."""
     mean, _, covariance = mixture_cross(weights, means, means, covariances)
-    joint = fading_moments(mean, covariance, memory, anchor, variance)
+    joint = fading_moments(mean, covariance, memory, anchor, gained)
     return backward_kernel(joint), joint
 
 
@@ -265,7 +264,7 @@ def step_kernel(
     covariances: _Floats,
     memory: _Floats,
     anchor: _Floats,
-    variance: _Floats,
+    gained: _Floats,
     moved_means: _Floats,
     moved_covariances: _Floats,
     crosses: _Floats,
@@ -278,8 +277,8 @@ def step_kernel(
         Of the members (k,), that sum to one.
     means, covariances : ndarray
         Of the members before the step, (k, n) and (k, n, n).
-    memory, anchor, variance : ndarray
-        Of the fading (n,), see `fading_moments`.
+    memory, anchor, gained : ndarray
+        Of the fading, (n,), (n,) and (n, n), see `fading_moments`.
     moved_means, moved_covariances : ndarray
         Of the members after the motion, (k, n) and (k, n, n).
     crosses : ndarray
@@ -290,7 +289,7 @@ def step_kernel(
     Fading and motion have a kernel each. The one of fading is exact without sigma points, and no
     member's covariance has to be inverted, only those of the sum.
     """
-    fading, joint = fading_kernel(weights, means, covariances, memory, anchor, variance)
+    fading, joint = fading_kernel(weights, means, covariances, memory, anchor, gained)
     faded = anchor + memory * (means - anchor)
     mean, moved, cross = mixture_cross(weights, faded, moved_means, crosses)
     _, _, covariance = mixture_cross(weights, moved_means, moved_means, moved_covariances)

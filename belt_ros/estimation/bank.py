@@ -89,7 +89,7 @@ def _predict_members(
             mean[i] = anchor[i] + memory[i] * (x[k, i] - anchor[i])
             for j in range(n):
                 p[i, j] = covariance[k, i, j] * memory[i] * memory[j]
-            p[i, i] += process.variance_before[i]
+                p[i, j] += process.covariance_before[i, j]
         along = step_direction(c, mean, dt)
         points = sigma_points_along(mean, p, order, spread, _PULL, along)
         moved = propagate(c, points, dt)
@@ -266,10 +266,9 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
     def fade(self, processes: tuple[Process, Process], mode: _Places) -> None:
         """Let what the belt is fade as in `predict`, without any motion."""
         memory = np.stack([process.memory for process in processes])[mode]
-        faded = np.stack([process.variance_before for process in processes])[mode]
+        gained = np.stack([process.covariance_before for process in processes])[mode]
         self.x = self._anchor + memory * (self.x - self._anchor)
-        self.P = self.P * memory[:, :, None] * memory[:, None, :]
-        self.P[:, range(STATES), range(STATES)] += faded
+        self.P = self.P * memory[:, :, None] * memory[:, None, :] + gained
 
     def innovations_squared(
         self, weights: _Floats, z: _Floats, variance: _Floats, seen: _Places

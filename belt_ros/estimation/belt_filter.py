@@ -283,7 +283,7 @@ class BeltFilter:
         counted = self._sensing.counts_travel
         sensed = self._sensing.sense(measurement, dt)
         activity = self._load.follow(sensed, self.x, self._wander, dt)
-        self._activity = float(np.max(activity))
+        self._activity = float(np.max(activity.taken))
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)
         step = self._stepping.step(measurement.stamp_ns, dt, sensed, undeveloped, activity)

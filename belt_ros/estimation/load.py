@@ -13,6 +13,7 @@ and time passes for it; only after a while it is forgotten.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,27 @@ _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
 _FORGOTTEN = 0.5  # [s] without a reading
 _UNHEARD = 0.06  # [s] without a slip, after which the load may have begun to move unseen
+
+
+class Activity(NamedTuple):
+    """Wander of the torque on the driver and on the driven pulley, relative to the greatest.
+
+    Above one in a jump.
+    """
+
+    taken: _Floats  # (2,), by all that tells ...
+    shown: _Floats  # ... and by the torque's own sensor, or the other's where it has none (2,)
+
+    def at_least(self, other: "Activity") -> "Activity":
+        """Return it raised to another, though not to a jump."""
+        return Activity(
+            np.maximum(self.taken, np.minimum(other.taken, 1.0)),
+            np.maximum(self.shown, np.minimum(other.shown, 1.0)),
+        )
+
+    def jumping(self) -> "Activity":
+        """Return that of a load which has jumped, whatever its sensors show."""
+        return self._replace(taken=np.maximum(self.taken, 1.0))
 
 
 @compiled
@@ -110,8 +132,8 @@ def _follow(
     fastest: _Floats,
     anyway: _Floats,
     dt: float,
-) -> _Floats:
-    """Paces of the two torques, at least that of the slip."""
+) -> tuple[_Floats, _Floats]:
+    """Paces of the two torques: at least that of the slip, and their own."""
     pace = np.empty(signals.size)
     for i in range(signals.size):
         z = signals[i]
@@ -142,12 +164,12 @@ def _follow(
     if math.isnan(pace[1]):
         pace[1] = pace[0]
     if math.isnan(pace[0]):
-        return np.ones(2)
+        return np.ones(2), np.ones(2)
     # Without a speed, nothing would tell that it moves but the torques themselves.
     moved = _WITHOUT_SPEED if math.isnan(pace[2]) else min(pace[2], 1.0)
     if since[2] > _UNHEARD:
         moved = max(moved, _WITHOUT_SPEED)
-    return np.maximum(pace[:2], moved if moved > _TELLING else 0.0)
+    return np.maximum(pace[:2], moved if moved > _TELLING else 0.0), pace[:2].copy()
 
 
 class LoadWander:
@@ -166,7 +188,7 @@ class LoadWander:
 
     def follow(
         self, signals: _Floats, noise: _Floats, fastest: _Floats, anyway: _Floats, dt: float
-    ) -> _Floats:
+    ) -> Activity:
         """Take in the readings at the end of a step of `dt` [s].
 
         Parameters
@@ -184,13 +206,12 @@ class LoadWander:
 
         Returns
         -------
-        ndarray
-            Wander of both torques during the step (2,), relative to the greatest; above one in a
-            jump. A torque that has had no reading for half a second is taken to wander like the
-            other; neither, at the greatest.
+        Activity
+            During the step. A torque that has had no reading for half a second is taken to wander
+            like the other; neither, at the greatest.
         """
-        return np.asarray(
-            _follow(
+        return Activity(
+            *_follow(
                 self._mean,
                 self._variance,
                 self._weight,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.load import LoadWander
+from belt_ros.estimation.load import Activity, LoadWander
 from belt_ros.estimation.measurement import Sensor
 from belt_ros.estimation.process import Wander
 from belt_ros.estimation.sensing import Sensed
@@ -34,13 +34,13 @@ class LoadFollowing:
         self._rims = np.full(2, math.nan)  # speeds last read and not yet used [m/s] ...
         self._variances = np.zeros(2)  # ... and their variances
 
-    def follow(self, sensed: Sensed, state: _Floats, wander: Wander, dt: float) -> _Floats:
+    def follow(self, sensed: Sensed, state: _Floats, wander: Wander, dt: float) -> Activity:
         """Take in what was sensed at the end of a step of `dt` [s], from a state (12,) on.
 
         Returns
         -------
-        ndarray
-            Wander of both torques (2,), relative to the greatest, see `LoadWander.follow`.
+        Activity
+            Of the load, see `LoadWander.follow`.
         """
         c = self._constants
         ahead, variance = self._ahead(sensed)

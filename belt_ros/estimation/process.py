@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior
+from belt_ros.estimation.load import Activity
+from belt_ros.estimation.load_in_step import add_walk
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -27,7 +29,6 @@ _LEAST_PULL_ACTIVITY = 0.001
 _ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at any time in it does
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
 # Compiled code wants plain integers.
-DRIVER_TORQUE, DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
 LOG_TENSION, LOG_FRICTION = int(Index.LOG_TENSION), int(Index.LOG_FRICTION)
@@ -42,7 +43,7 @@ class Process(NamedTuple):
     """What a step adds to the law of motion, per state."""
 
     memory: _Floats  # share of the distance from the prior that is kept (12,)
-    variance_before: _Floats  # added before the motion (12,): belt, torques
+    covariance_before: _Floats  # added before the motion (12, 12): belt, torques, speeds
     variance_after: _Floats  # added after it (12,): pull
 
 
@@ -173,7 +174,7 @@ def drift_wander(drift: Drift, spread: _Floats, tension_scale: float) -> Wander:
 def drift_processes(
     wander: Wander,
     c: DriveConstants,
-    activity: _Floats,
+    activity: Activity,
     undeveloped: CreepChange,
     dt: float,
     change: float,
@@ -184,9 +185,8 @@ def drift_processes(
     ----------
     wander : Wander
     c : DriveConstants
-    activity : ndarray
-        Wander of the driver's and the driven pulley's torque, relative to the greatest; above one
-        in a jump.
+    activity : Activity
+        Of the load.
     undeveloped : CreepChange
         From `UndevelopedCreep.advance`.
     dt : float
@@ -200,19 +200,20 @@ def drift_processes(
             forgotten[1, state] *= change / dt
     forgotten[:, CREEP_ERROR] += changed / wander.creep_error_load
     memory = np.exp(-forgotten)
-    variance = -np.expm1(-2.0 * forgotten) * wander.spread**2
+    gained = -np.expm1(-2.0 * forgotten) * wander.spread**2
     memory[:, UNDEVELOPED] = 1.0 - renewed
-    variance[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
-    # Torques wander before the motion, so that within the same step the pull follows them.
-    variance[:, DRIVER_TORQUE] = (activity[0] * wander.load * c.driver_radius) ** 2 * dt
-    variance[:, DRIVEN_TORQUE] = (activity[1] * wander.load * c.driven_radius) ** 2 * dt
-    most = max(activity[0], activity[1])
+    gained[:, UNDEVELOPED] = renewed * (2.0 - renewed) * deviation**2
+    most = max(activity.taken[0], activity.taken[1])
     # A load that sets in within a step winds the spans at its end as if it had all along.
     onset = _ONSET * most * min(most, 1.0) * wander.load
-    variance[:, PULL] = onset**2 * dt
+    gained[:, PULL] = onset**2 * dt
+    before = np.zeros((2, STATES, STATES))
+    for mode in range(2):
+        before[mode] = np.diag(gained[mode])
+        add_walk(before[mode], wander.load, c, activity, dt)
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt
-    return Process(memory[0], variance[0], motion), Process(memory[1], variance[1], motion)
+    return Process(memory[0], before[0], motion), Process(memory[1], before[1], motion)
 
 
 def wear(pause: float) -> float:
@@ -239,8 +240,9 @@ def gap_processes(
         forgetting = wander.forgetting.copy()
         forgetting[:, _WORN] *= worn / gap
         wander = wander._replace(forgetting=forgetting)
-    processes = drift_processes(wander, c, np.ones(2), undeveloped, gap, gap)
+    processes = drift_processes(wander, c, Activity(np.ones(2), np.ones(2)), undeveloped, gap, gap)
     for process in processes:
         process.memory[moving] = 0.0
-        process.variance_before[moving] = prior_stddev[moving] ** 2
+        process.covariance_before[moving, :] = process.covariance_before[:, moving] = 0.0
+        process.covariance_before[moving, moving] = prior_stddev[moving] ** 2
     return processes

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.process import CreepChange, Process
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Members, Moved
@@ -24,8 +25,8 @@ class Step(NamedTuple):
     before: Members
     sensed: Sensed
     undeveloped: CreepChange
-    activity: _Floats  # of the load (2,) ...
-    calm: tuple[float, float]  # ... as plain floats
+    activity: Activity  # of the load ...
+    calm: tuple[float, float]  # ... and as plain floats what was taken of it
     processes: tuple[Process, Process]
     moved: Moved
     taken_in: bool = False  # a gated one is not

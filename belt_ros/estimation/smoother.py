@@ -139,7 +139,7 @@ class Smoother:
             weights = mode_weights(before.log_weights, before.changing, mode)
             if np.any(weights):
                 faded = before.means, before.covariances, process.memory, self._anchor
-                kernel = step_kernel(weights, *faded, process.variance_before, *moved)
+                kernel = step_kernel(weights, *faded, process.covariance_before, *moved)
                 self._kernels[mode] = composed(self._kernels[mode], kernel)
         self._advance(stamp_ns)
 
@@ -152,7 +152,7 @@ class Smoother:
             weights = mode_weights(before.log_weights, before.changing, mode)
             if np.any(weights):
                 faded = before.means, before.covariances, process.memory, self._anchor
-                kernel, _ = fading_kernel(weights, *faded, process.variance_before)
+                kernel, _ = fading_kernel(weights, *faded, process.covariance_before)
                 self._kernels[mode] = composed(self._kernels[mode], kernel)
         self._advance(stamp_ns)
 

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.population import Population
 from belt_ros.estimation.process import CreepChange, Wander, drift_processes
@@ -22,7 +23,6 @@ _Floats = NDArray[np.float64]
 # Innovation squared at which the load must have jumped, by its degrees of freedom: about as
 # improbable for one as for four.
 _SURPRISE = (math.inf, 26.3, 30.1, 33.2, 36.0, 45.0)
-_JUMPING = np.ones(2)  # activity of the load
 
 
 class Stepping:
@@ -66,18 +66,17 @@ class Stepping:
         dt: float,
         sensed: Sensed,
         undeveloped: CreepChange,
-        activity: _Floats,
+        activity: Activity,
     ) -> Step:
         """Move every member by `dt` [s] and compare it with what was sensed at `stamp_ns` [ns].
 
-        `activity` (2,) is that of the load, see `LoadWander.follow`, more in a jump.
+        `activity` is that of the load, see `LoadWander.follow`.
         """
         step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
         if np.min(self._population.squared) > _SURPRISE[len(sensed.z)]:
             # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
             self._population.go_back(step.before)
-            activity = np.maximum(activity, _JUMPING)
-            step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
+            step = self._moved(stamp_ns, dt, sensed, undeveloped, activity.jumping())
         return step
 
     def _moved(
@@ -86,7 +85,7 @@ class Stepping:
         dt: float,
         sensed: Sensed,
         undeveloped: CreepChange,
-        activity: _Floats,
+        activity: Activity,
     ) -> Step:
         """Move every member, as its mode has it, and compare it with what was sensed."""
         population = self._population
@@ -97,7 +96,7 @@ class Stepping:
         self.surprises = population.compare(sensed)
         self.seen = sensed.places
         moved = Moved(population.means, population.covariances, crosses)
-        calm = float(activity[0]), float(activity[1])
+        calm = float(activity.taken[0]), float(activity.taken[1])
         return Step(stamp_ns, dt, before, sensed, undeveloped, activity, calm, processes, moved)
 
     def take_in(self, sensed: Sensed) -> None:
@@ -106,17 +105,17 @@ class Stepping:
         self._population.weigh(self._population.squared)
         self._load_cells.take_in(self._population, sensed)
 
-    def rewind(self, activity: _Floats) -> None:
+    def rewind(self, activity: Activity) -> None:
         """Repeat the last steps with the load's present activity, if it was taken for calmer.
 
         That a load has begun to move shows some steps later; until then, the belt is blamed.
         """
-        again = self._recent.taken_too_calm(np.minimum(activity, 1.0))
+        again = self._recent.taken_too_calm(np.minimum(activity.taken, 1.0))
         if not again:
             return
         self._population.go_back(again[0].before)
         for step in again:
-            moving = np.maximum(step.activity, np.minimum(activity, 1.0))
+            moving = step.activity.at_least(activity)
             repeated = self._moved(step.stamp_ns, step.dt, step.sensed, step.undeveloped, moving)
             self._recent.append(repeated._replace(taken_in=step.taken_in))
             if step.taken_in:

@@ -125,4 +125,4 @@ def travel_anew(constants: DriveConstants, variances: tuple[float, float]) -> Pr
     variance[Index.TRAVEL] = (
         constants.driver_radius**2 * driver + constants.driven_radius**2 * driven
     )
-    return Process(memory, variance, np.zeros(STATES))
+    return Process(memory, np.diag(variance), np.zeros(STATES))

@@ -30,7 +30,7 @@ class Gaussian(NamedTuple):
 def faded(belief: Gaussian, process: Process, anchor: _Floats) -> Gaussian:
     """Let what the belt is fade towards its prior."""
     memory = process.memory
-    covariance = belief.covariance * np.outer(memory, memory) + np.diag(process.variance_before)
+    covariance = belief.covariance * np.outer(memory, memory) + process.covariance_before
     return Gaussian(anchor + memory * (belief.mean - anchor), covariance)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation import Measurement, Quantity
-from belt_ros.estimation.load import LoadWander
+from belt_ros.estimation.load import Activity, LoadWander
 from belt_ros.estimation.process import (
     CreepChange,
     Process,
@@ -34,7 +34,6 @@ SENSED = np.array(
 )
 _READ = (Reading.SLIP, Reading.TIGHT_TENSION, Reading.SLACK_TENSION, Reading.MARGIN)
 _SURPRISE = 9.0  # innovation squared per degree of freedom at which the load has jumped
-_JUMPING = np.ones(2)
 _SLOW = 0.1  # rim speed [m/s] below which the slip's wander no longer shrinks with it
 
 
@@ -49,8 +48,8 @@ class DriveModel:
         self._wander = drift_wander(settings.drift, spread, settings.prior.tension)
         self._load = LoadWander()
 
-    def activity(self, z: _Floats, variance: _Floats, dt: float) -> _Floats:
-        """Follow the load by readings of `SENSED`: how fast each torque (2,) wanders."""
+    def activity(self, z: _Floats, variance: _Floats, dt: float) -> Activity:
+        """Follow the load by readings of `SENSED`."""
         c, load = self.constants, self._wander.load
         radii = np.array([c.driver_radius, -c.driven_radius])
         ahead = radii @ z[:2]
@@ -67,10 +66,14 @@ class DriveModel:
             dt,
         )
 
-    def process(self, activity: _Floats, undeveloped: CreepChange, dt: float) -> Process:
+    def process(self, activity: Activity, undeveloped: CreepChange, dt: float) -> Process:
         """Return what `dt` [s] adds to the law of motion, under a load of this activity."""
         settled, _ = drift_processes(self._wander, self.constants, activity, undeveloped, dt, dt)
-        return Process(*(row[:CARRIED] for row in settled))
+        return Process(
+            settled.memory[:CARRIED],
+            settled.covariance_before[:CARRIED, :CARRIED],
+            settled.variance_after[:CARRIED],
+        )
 
     def sensed(self, measurement: Measurement) -> tuple[_Floats, _Floats]:
         """Readings (4,) of the states `SENSED`, and their variances."""
@@ -141,8 +144,7 @@ class ModelFilter(ABC, Generic[_State]):
         innovation, covariance = self._foretold(z, variance)
         if innovation @ np.linalg.solve(covariance, innovation) > _SURPRISE * len(z):
             self._restore(before)
-            activity = np.maximum(activity, _JUMPING)
-            self._predict(self.model.process(activity, undeveloped, dt), dt)
+            self._predict(self.model.process(activity.jumping(), undeveloped, dt), dt)
         self._update(z, variance)
 
     @abstractmethod

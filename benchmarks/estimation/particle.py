@@ -190,12 +190,13 @@ class Particles(ModelFilter[Cloud]):
 
     def _predict(self, process: Process, dt: float) -> None:
         log_weights, states, covariances = self._cloud
-        memory, variance = process.memory, process.variance_before
+        memory, gained = process.memory, process.covariance_before
         states = self.model.mean + memory * (states - self.model.mean)
         normal = self._random.standard_normal((self._count, len(_BENT)))
-        states[:, _BENT] += np.sqrt(variance[_BENT]) * normal
+        states[:, _BENT] += np.sqrt(np.diag(gained)[_BENT]) * normal
         straight = memory[_STRAIGHT]
-        covariances = covariances * np.outer(straight, straight) + np.diag(variance[_STRAIGHT])
+        covariances = covariances * np.outer(straight, straight)
+        covariances += gained[np.ix_(_STRAIGHT, _STRAIGHT)]
         self._cloud = Cloud(
             log_weights,
             *_moved(

@@ -187,7 +187,7 @@ def test_what_others_determine_takes_no_part() -> None:
 def test_what_is_renewed_in_a_step_says_nothing_of_before() -> None:
     covariance = np.array([[2.0, 0.5], [0.5, 1.0]])
     memory, anchor, variance = np.array([1.0, 0.0]), np.array([0.0, 7.0]), np.array([0.0, 3.0])
-    joint = fading_moments(np.array([1.0, 2.0]), covariance, memory, anchor, variance)
+    joint = fading_moments(np.array([1.0, 2.0]), covariance, memory, anchor, np.diag(variance))
     kernel = backward_kernel(joint)
     np.testing.assert_array_equal(joint.later_mean, [1.0, 7.0])
     np.testing.assert_array_equal(kernel.gain[:, 1], 0.0)
@@ -199,7 +199,7 @@ def test_a_state_that_does_not_change_is_the_same_before() -> None:
     random = np.random.default_rng(1)
     root = random.standard_normal((5, 5)) * SCALES[:, None]
     mean, covariance = SCALES * random.standard_normal(5), root @ root.T
-    joint = fading_moments(mean, covariance, np.ones(5), np.zeros(5), np.zeros(5))
+    joint = fading_moments(mean, covariance, np.ones(5), np.zeros(5), np.zeros((5, 5)))
     kernels = [backward_kernel(joint)] * 1000
     later = SCALES * random.standard_normal(5)
     before, spread = mapped(block(kernels), later, np.zeros((5, 5)))
@@ -237,8 +237,8 @@ def test_a_step_that_fades_and_moves_has_the_kernel_of_the_two_together() -> Non
     model, run = random_run(5, SCALES)
     mean, covariance = run.means[-1], run.covariances[-1]
     memory = np.array([1.0, 0.9, 0.3, 0.0, 1.0])
-    anchor, variance = SCALES, np.array([0.0, 0.2, 1.0, 2.0, 0.0]) * SCALES**2
-    faded = fading_moments(mean, covariance, memory, anchor, variance)
+    anchor, gained = SCALES, np.diag(np.array([0.0, 0.2, 1.0, 2.0, 0.0]) * SCALES**2)
+    faded = fading_moments(mean, covariance, memory, anchor, gained)
     moved = model.f @ faded.later_mean, model.f @ faded.later_covariance @ model.f.T + model.q
     at_once = model.f @ np.diag(memory)
     expected = backward_kernel(Moments(mean, covariance, *moved, covariance @ at_once.T))
@@ -248,7 +248,7 @@ def test_a_step_that_fades_and_moves_has_the_kernel_of_the_two_together() -> Non
         covariance[None],
         memory,
         anchor,
-        variance,
+        gained,
         moved[0][None],
         moved[1][None],
         (faded.later_covariance @ model.f.T)[None],

@@ -32,7 +32,7 @@ class Bench:
         z = np.array([torque, -torque, ahead]) + self.noise * self.random.standard_normal(3)
         z[list(missing)] = math.nan
         fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
-        return self.wander.follow(z, self.noise**2, fastest, np.zeros(3), self.dt)
+        return self.wander.follow(z, self.noise**2, fastest, np.zeros(3), self.dt).taken
 
     def hold(self, torque: float, seconds: float, missing: tuple[int, ...] = ()):
         """Activities (n, 2) over some time of constant torque."""
@@ -90,7 +90,7 @@ def test_a_step_of_one_torque_leaves_the_other_quiet() -> None:
     bench.hold(20.0, 2.0)
     z = np.array([50.0, -20.0, 0.1])
     fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
-    driver, driven = bench.wander.follow(z, bench.noise**2, fastest, np.zeros(3), DT)
+    driver, driven = bench.wander.follow(z, bench.noise**2, fastest, np.zeros(3), DT).taken
     assert driver > 1.0
     assert driven < QUIET
 
@@ -169,7 +169,7 @@ def test_slip_that_wanders_anyway_says_nothing_of_the_load() -> None:
     for _ in range(400):
         ahead += 0.05 * math.sqrt(DT) * random.standard_normal()
         z = np.array([20.0, -20.0, ahead]) + np.sqrt(variances) * random.standard_normal(3)
-        seen.append(wander.follow(z, variances, fastest, anyway, DT))
+        seen.append(wander.follow(z, variances, fastest, anyway, DT).taken)
     assert np.mean(np.array(seen[100:]) < QUIET) > 0.95
 
 
@@ -200,11 +200,13 @@ def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float
         active = wander.follow(
             np.array(readings), np.full(3, noise), np.full(3, fastest), np.zeros(3), dt
         )
-        assert active.shape == (2,)
-        assert np.all(np.isfinite(active))
-        assert np.all(active >= 0.0)
-        if dt > 0.5 and math.isnan(readings[0]) and math.isnan(readings[1]):
-            assert np.all(active == 1.0)
+        for of_both in active:
+            assert of_both.shape == (2,)
+            assert np.all(np.isfinite(of_both))
+            assert np.all(of_both >= 0.0)
+            if dt > 0.5 and math.isnan(readings[0]) and math.isnan(readings[1]):
+                assert np.all(of_both == 1.0)
+        assert np.all(active.taken >= active.shown)
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.02, 0.05])
@@ -224,7 +226,7 @@ def test_what_follows_a_ramp_that_fast_is_not_surprised_by_it(dt: float) -> None
             noisy = np.array([z, -z, 0.1])
             fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
             active = bench.wander.follow(noisy, bench.noise**2, fastest, np.zeros(3), dt)
-            variance += (active[0] * FASTEST) ** 2 * dt
+            variance += (active.taken[0] * FASTEST) ** 2 * dt
             innovation = z - mean
             if k * dt > 0.5:
                 squared.append(innovation**2 / (variance + noise**2))

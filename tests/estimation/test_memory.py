@@ -15,6 +15,7 @@ from belt_ros.estimation.condensing import MEMBERS, condensed
 from belt_ros.estimation.fingerprint import fingerprint
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
 from belt_ros.estimation.installed import Installed
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.memory import (
     REMEMBERED,
     STANDING,
@@ -165,7 +166,9 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
     law = forgetting(MEAN, STDDEV, DRIFT, pace=1.0)._replace(changes=0.0)
     constants = drive_constants(DRIVE)
     wander = drift_wander(DRIFT, STDDEV, 400.0)
-    process, _ = drift_processes(wander, constants, np.ones(2), (1.0, 0.0, 0.0), elapsed, elapsed)
+    process, _ = drift_processes(
+        wander, constants, Activity(np.ones(2), np.ones(2)), (1.0, 0.0, 0.0), elapsed, elapsed
+    )
     belt = PLACES[:3]
     learned = learn(components).components
     expected = [
@@ -173,7 +176,7 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
             c.log_weight,
             MEAN[belt] + process.memory[belt] * (c.mean[:3] - MEAN[belt]),
             np.outer(process.memory[belt], process.memory[belt]) * c.covariance[:3, :3]
-            + np.diag(process.variance_before[belt]),
+            + process.covariance_before[np.ix_(belt, belt)],
         )
         for c in learned
     ]

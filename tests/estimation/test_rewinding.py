@@ -8,6 +8,7 @@ import pytest
 from runs import scripted
 
 from belt_ros.estimation import BeltFilter, Measurement
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.recent import RecentSteps, Step
 from belt_ros.estimation.sensing import NO_LOADS, Sensed
@@ -23,7 +24,7 @@ NOTHING = np.zeros((1, 0))
 
 def step(stamp_ns: int, activity: tuple[float, float]) -> Step:
     empty = Members(NOTHING, np.zeros(0, dtype=np.int64), NOTHING, NOTHING)
-    process = Process(NOTHING, NOTHING, NOTHING)
+    process = Process(NOTHING, np.diag(NOTHING), NOTHING)
     sensed = Sensed(NOTHING, NOTHING, NOTHING, NOTHING, np.zeros(0, np.int64), NO_LOADS, NO_LOADS)
     return Step(
         stamp_ns,
@@ -31,7 +32,7 @@ def step(stamp_ns: int, activity: tuple[float, float]) -> Step:
         empty,
         sensed,
         (0.0, 0.0, 0.0),
-        np.array(activity),
+        Activity(np.array(activity), np.array(activity)),
         activity,
         (process, process),
         Moved(NOTHING, NOTHING, NOTHING),
@@ -111,7 +112,7 @@ class Rewound:
 
     def __init__(self, settings: DriveSettings, measurements: list[Measurement]) -> None:
         self.filter = BeltFilter(settings.drive, settings.prior, settings.noise, settings.drift)
-        self.activities: dict[int, np.ndarray] = {}
+        self.activities: dict[int, Activity] = {}
         self.measurements = measurements
 
     def never(self) -> "Rewound":
@@ -119,7 +120,7 @@ class Rewound:
         self.filter._recent.taken_too_calm = lambda _: []
         return self
 
-    def told(self, activities: dict[int, np.ndarray]) -> "Rewound":
+    def told(self, activities: dict[int, Activity]) -> "Rewound":
         """Know the load's activity beforehand."""
         known = iter(activities[m.stamp_ns] for m in self.measurements[1:])
         self.filter._load.follow = lambda *_: next(known)
@@ -182,7 +183,7 @@ def test_the_ramp_is_recognised_late_and_taken_in_as_lively_from_near_its_begin(
         livelier = [
             stamp * 1e-9
             for stamp, activity in rewinding.activities.items()
-            if np.max(activity) > 4.0 * np.max(never.activities[stamp])
+            if np.max(activity.taken) > 4.0 * np.max(never.activities[stamp].taken)
         ]
         during = [time for time in livelier if BEGIN < time < BEGIN + 1.0]
         assert len(during) >= 5

@@ -9,6 +9,7 @@ import pytest
 from runs import Run, assert_sound, within
 
 from belt_ros.estimation import Knowledge, Measurement, Rejection
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.process import CREEP_ERROR, drift_processes, drift_wander, prior_state
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.traction import Loss, named_loss
@@ -411,8 +412,10 @@ def creep_memory(settings: DriveSettings, changed: float, dt: float) -> tuple[fl
     c = drive_constants(settings.drive)
     _, spread = prior_state(settings.prior, settings.drive)
     wander = drift_wander(settings.drift, spread, settings.prior.tension)
-    process, _ = drift_processes(wander, c, np.zeros(2), (0.01, 0.0, changed), dt, dt)
-    return float(process.memory[CREEP_ERROR]), float(process.variance_before[CREEP_ERROR])
+    calm = Activity(np.zeros(2), np.zeros(2))
+    process, _ = drift_processes(wander, c, calm, (0.01, 0.0, changed), dt, dt)
+    gained = process.covariance_before[CREEP_ERROR, CREEP_ERROR]
+    return float(process.memory[CREEP_ERROR]), float(gained)
 
 
 def test_the_creeps_error_becomes_another_as_the_load_changes(settings: DriveSettings) -> None:

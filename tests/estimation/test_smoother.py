@@ -26,7 +26,7 @@ def moments(belief: list[Component]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def still(n: int, memory: float = 1.0, variance: float = 0.0) -> Process:
-    return Process(np.full(n, memory), np.full(n, variance), np.zeros(n))
+    return Process(np.full(n, memory), np.diag(np.full(n, variance)), np.zeros(n))
 
 
 def members(belief: list[Component]) -> Members:
@@ -47,7 +47,9 @@ class Linear:
         self.f = SCALES[:, None] * turn * self.random.uniform(0.8, 1.0, 3) / SCALES
         self.q = np.diag([0.0, 0.01, 0.1]) * SCALES**2
         self.process = Process(
-            np.array([1.0, 1.0, 0.9]), np.array([0.0, 0.0, 0.2]) * SCALES**2, np.diag(self.q)
+            np.array([1.0, 1.0, 0.9]),
+            np.diag(np.array([0.0, 0.0, 0.2]) * SCALES**2),
+            np.diag(self.q),
         )
         self.x, self.p = np.zeros(3), np.diag(SCALES**2)
         self.smoother = smoother
@@ -62,7 +64,7 @@ class Linear:
         whole = self.f @ np.diag(self.process.memory)
         x, p = self.x, self.p
         faded = p * np.outer(self.process.memory, self.process.memory)
-        faded = faded + np.diag(self.process.variance_before)
+        faded = faded + self.process.covariance_before
         self.x, self.p = whole @ x, self.f @ faded @ self.f.T + self.q
         self.past.append((x, p, self.x, self.p, p @ whole.T))
         self.stamp += STEP_NS
@@ -140,7 +142,7 @@ def test_what_follows_a_cut_says_nothing_of_before() -> None:
 def test_over_a_gap_what_fades_little_is_still_learned_from() -> None:
     """States that begin anew tell nothing; the last one kept 0.9 of its distance from 0."""
     memory, variance = np.array([0.0, 0.0, 0.9]), np.array([1.0, 1.0, 0.19]) * SCALES**2
-    fading = Process(memory, variance, np.zeros(3))
+    fading = Process(memory, np.diag(variance), np.zeros(3))
     before = [Component(0.0, SCALES, np.diag(SCALES**2))]
     after = [Component(0.0, SCALES * [5.0, 5.0, 2.0], 1e-4 * np.diag(SCALES**2))]
     with three(STEP_NS) as smoother:
@@ -258,7 +260,7 @@ def filtered(level: Level, z: np.ndarray, smoother: Smoother) -> list[Component]
     for k in range(1, STEPS + 1):
         before = members(belief)
         for c in belief:
-            c.covariance = c.covariance + processes[int(c.changing)].variance_before
+            c.covariance = c.covariance + processes[int(c.changing)].covariance_before
         now = members(belief)
         moved = Moved(now.means, now.covariances, now.covariances)
         smoother.step(k * STEP_NS, before, processes, moved)

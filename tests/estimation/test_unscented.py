@@ -32,7 +32,7 @@ VARIANCE = np.array([0.012, 0.012, 0.3, 0.3]) ** 2
 DT = 0.01
 
 
-STILL = Process(np.ones(STATES), np.zeros(STATES), (0.01 * DEVIATION) ** 2)
+STILL = Process(np.ones(STATES), np.zeros((STATES, STATES)), (0.01 * DEVIATION) ** 2)
 
 
 def bank(members: int) -> UnscentedBank:
@@ -94,7 +94,7 @@ def test_what_fades_returns_to_its_anchor_and_takes_part_in_the_motion() -> None
     memory, faded = np.ones(STATES), np.zeros(STATES)
     memory[5], faded[5] = 0.5, 0.3**2
     ours = bank(1)
-    ours.predict(DT, (Process(memory, faded, np.zeros(STATES)),) * 2, np.array([0]))
+    ours.predict(DT, (Process(memory, np.diag(faded), np.zeros(STATES)),) * 2, np.array([0]))
     assert ours.x[0, 5] == pytest.approx(0.5 * X[5])
     assert ours.P[0, 5, 5] == pytest.approx((0.5 * DEVIATION[5]) ** 2 + 0.3**2)
     assert ours.P[0, 5, 2] != 0.0

@@ -21,8 +21,8 @@ from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]
 _CHANGE_RATE = 0.5  # of ln tension and ln mu while traction is changing [1/sqrt(s)] ...
-# ... and how far from the prior that may lead, standard deviation
-_CHANGE_SPREAD = {Index.LOG_TENSION: 0.4, Index.LOG_FRICTION: 0.3}
+# ... and how far from the prior that may lead, standard deviation: oil can halve mu, and more
+_CHANGE_SPREAD = {Index.LOG_TENSION: 0.4, Index.LOG_FRICTION: 0.6}
 _RECENT = 0.05  # [s] over which the rate of winding is taken
 _COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
 _LEAST_PULL_ACTIVITY = 0.001

@@ -86,7 +86,7 @@ def changed(run: Runner, seed: int, load: float, **to: float) -> Run:
         load=[[2.0, 0.0], [BEGIN, load]],
         condition__tension=440.0,
         condition__friction_stiffness=6e6,
-        events=[{"at": 5.0, "over": 1.0, **to}],
+        events=[{"at": 5.0, **{"over": 1.0, **to}}],
     )
 
 
@@ -113,7 +113,7 @@ def test_what_is_left_of_the_capacity_is_known_after_a_loss(loosened) -> None:
         deviations.append(estimate.margin.stddev)
         for output in run.outputs:
             assert_sound(output.estimate)
-    assert np.sqrt(np.mean(np.square(off))) < 0.05
+    assert np.sqrt(np.mean(np.square(off))) < 0.06
     assert np.sqrt(np.mean(np.square(np.divide(off, deviations)))) < 2.0
 
 
@@ -126,6 +126,15 @@ def test_tension_and_mu_are_open_in_a_change_of_traction(loosened) -> None:
     assert np.median(opened) > 3.5
     assert np.sort(opened)[1] > 2.0
     assert np.min(opened) > 1.4  # a loss that is noticed early is half over by then
+
+
+def test_oil_that_halves_mu_at_once_leaves_open_that_the_tension_has_stayed(run: Runner) -> None:
+    """With mu taken to change by no more than a third, the tension was 4.5 deviations off."""
+    off = []
+    for seed in range(4):
+        oiled = changed(run, seed, 38.0, friction_coefficient=0.5, over=0.2)
+        off += [z_of_log_tension(oiled, seconds) for seconds in (5.7, 6.5, 8.0)]
+    assert math.sqrt(np.mean(np.square(off))) < 3.5
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -86,7 +86,7 @@ def changed(run: Runner, seed: int, load: float, **to: float) -> Run:
         load=[[2.0, 0.0], [BEGIN, load]],
         condition__tension=440.0,
         condition__friction_stiffness=6e6,
-        events=[{"at": 5.0, **{"over": 1.0, **to}}],
+        events=[{"at": 5.0, "over": 1.0, **to}],
     )
 
 

@@ -28,11 +28,13 @@ from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity
 from belt_ros.estimation.measurement import Measurement, Rejection
 from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.sensor_watch import SensorWatch
-from belt_ros.estimation.sentences import Tension, over, recovering, sentence
+from belt_ros.estimation.sentences import Tension, over, recovering, sentence, unheard
 from belt_ros.estimation.traction import named_loss
 from belt_ros.estimation.wind_up import WindUp
 
 _SECONDS = 1e-9
+_UNHEARD = 10.0  # [s] at least before the first measurement: sensors may start after the alarms
+_ANY_MARGIN = Quantity(0.5, math.sqrt(1.0 / 12.0))  # before anything is known
 
 
 class SlipAlarm:
@@ -74,6 +76,8 @@ class SlipAlarm:
         """Go on with other thresholds, delays and limits."""
         self._settings = s = settings
         self._gap = limits.greatest_gap
+        if self._wind_up is not None:
+            self._wind_up.slowest = limits.standstill_speed
         self._limits = limits
         self._slow = Delays(s.on_delay, s.off_delay)
         self._tripping = Delays(s.trip_on_delay, s.trip_off_delay)
@@ -176,14 +180,20 @@ class SlipAlarm:
         silence : float
             Time since the last measurement that was used [s].
         """
-        if self._estimate is None or not silence > self._gap:
+        longest = max(self._gap, _UNHEARD) if self._estimate is None else self._gap
+        if not silence > longest:
             return None
         self._now_ns = max(self._now_ns, stamp_ns)
         self._judge_sensors(self._now_ns, silent=True, silence=silence)
         return self._news()
 
+    @property
+    def told(self) -> bool:
+        """Whether anything is raised or latched."""
+        return any(each.told for each in self._all)
+
     def acknowledge(
-        self, estimate: BeltEstimate, condition: Condition | None = None
+        self, estimate: BeltEstimate | None, condition: Condition | None = None
     ) -> AlarmStatus:
         """Release the latch of a condition, or of all; what still holds stays raised."""
         self._estimate = self._estimate or estimate
@@ -280,25 +290,23 @@ class SlipAlarm:
     def _status(self) -> AlarmStatus:
         """Return what is to be told now."""
         estimate = self._estimate
-        assert estimate is not None, "nothing is told before the first estimate"
         told = [each for each in self._all if each.told]
         told.sort(key=lambda each: (-each.severity, -each.latched))  # stable: ties as in _all
         worst = told[0] if told else max(self._all, key=lambda each: each.last_ns)
-        conditions = tuple(each.status(self._message(each, estimate)) for each in told)
-        nothing = sentence(self._name, Condition.NONE, estimate, self._tension(estimate))
+        conditions = tuple(each.status(self._message(each)) for each in told)
         return AlarmStatus(
             stamp_ns=self._now_ns,
             condition=worst.condition if told else Condition.NONE,
             severity=worst.severity,
             latched_severity=max((each.latched for each in told), default=Severity.NORMAL),
             acknowledged=all(each.acknowledged for each in told),
-            margin=estimate.margin,
-            excess_slip=estimate.excess_slip.value,
-            gross_slip_probability=estimate.gross_slip_probability,
+            margin=_ANY_MARGIN if estimate is None else estimate.margin,
+            excess_slip=0.0 if estimate is None else estimate.excess_slip.value,
+            gross_slip_probability=0.0 if estimate is None else estimate.gross_slip_probability,
             count=worst.count,
             first_ns=worst.first_ns,
             last_ns=worst.last_ns,
-            message=conditions[0].message if told else nothing,
+            message=conditions[0].message if told else self._nothing(),
             conditions=conditions,
         )
 
@@ -306,9 +314,18 @@ class SlipAlarm:
         held = estimate.slack_tension if self._slack_held else estimate.mean_tension
         return Tension(held, self.installed)
 
-    def _message(self, alarm: ConditionAlarm, estimate: BeltEstimate) -> str:
+    def _nothing(self) -> str:
+        estimate = self._estimate
+        if estimate is None:
+            return unheard(self._name, "no alarm condition")
+        return sentence(self._name, Condition.NONE, estimate, self._tension(estimate))
+
+    def _message(self, alarm: ConditionAlarm) -> str:
+        estimate = self._estimate
         if not alarm.active:
             return over(self._name, alarm.condition)
+        if estimate is None:
+            return unheard(self._name, self._what_is_missing())
         if not alarm.holds:
             return recovering(self._name, alarm.condition, estimate)
         detail = ""

@@ -173,6 +173,10 @@ class Assembler:
         self._elsewhere: _Stretch | None = None
         self._released: int | None = None  # the last stamp that left the present stretch
 
+    def retune(self, gap: float) -> None:
+        """Take another `gap` [s] from now on."""
+        self._gap = max(round(gap * _NANOSECONDS), self._window)
+
     @property
     def pending(self) -> int:
         """Number of samples that wait."""

@@ -248,8 +248,8 @@ class BeltMonitor:
         self._filter.finish()
 
     def acknowledge(self, condition: Condition | None = None) -> AlarmStatus | None:
-        """Release the latch of one alarm, or of all; None before the first estimate."""
-        if self.estimate is None:
+        """Release the latch of one alarm, or of all; None if nothing has ever been told."""
+        if self.estimate is None and not self.alarm.told:
             return None
         return self.alarm.acknowledge(self.estimate, condition)
 

@@ -99,5 +99,10 @@ def over(drive: str, condition: Condition) -> str:
     return f"{drive}: {_name(condition)} is over. Find its cause, then acknowledge."
 
 
+def unheard(drive: str, what: str) -> str:
+    """Return what to tell before the first measurement."""
+    return f"{drive}: {what}. Nothing is known of the belt yet."
+
+
 def _name(condition: Condition) -> str:
     return condition.name.lower().replace("_", " ")

@@ -36,7 +36,7 @@ class WindUp:
     driver_radius, driven_radius : float
         [m]
     slowest : float
-        Rim speed [m/s] below which slip is referred to it.
+        Rim speed [m/s] below which slip is referred to it; may change.
     """
 
     def __init__(
@@ -45,14 +45,14 @@ class WindUp:
         self._compliance = compliance
         self._driver_radius = driver_radius
         self._driven_radius = driven_radius
-        self._slowest = slowest
+        self.slowest = slowest
         self._points: deque[_Point] = deque()
         self._speed = 0.0
 
     def slip(self, estimate: BeltEstimate) -> Quantity:
         """Take in the next estimate; return the slip beyond creep and winding up [-]."""
         rim = estimate.driver_speed.value * self._driver_radius
-        forwards = max(abs(rim), self._slowest)
+        forwards = max(abs(rim), self.slowest)
         speed = estimate.excess_slip.value * math.copysign(forwards, rim)
         first = self._advance(estimate, speed, forwards)
         last = self._points[-1]

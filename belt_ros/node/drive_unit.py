@@ -187,6 +187,7 @@ class DriveUnit:
         """Use other noise, drift, limits and alarm thresholds from now on."""
         if self._pipeline is not None:
             self._pipeline.retune(settings)
+            self._inputs.retune(settings.limits.greatest_gap)
 
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew if ROS time is back behind the estimate; whether that was so."""

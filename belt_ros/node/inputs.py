@@ -96,9 +96,8 @@ class DriveInputs:
         self._at_joints = kind is not InputKind.JOINT_STATE
         self._joints = joints
         found = feeds(kind, prefix, joints, loads=loads)
-        self._assembler_of = partial(
-            Assembler, window, slop, len(found), _MOST_WAITING, disorder, gap
-        )
+        self._assembler_of = partial(Assembler, window, slop, len(found), _MOST_WAITING, disorder)
+        self._gap = gap
         self._patience = max(window, disorder) - _ROUNDING
         self.begin()
         self._sources = tuple(
@@ -118,10 +117,15 @@ class DriveInputs:
 
     def begin(self) -> None:
         """Forget what has come so far."""
-        self._assembler = self._assembler_of()
+        self._assembler = self._assembler_of(self._gap)
         self._readings = JointReadings(*self._joints)
         self._just_heard = False
         self._quiet = 0.0
+
+    def retune(self, gap: float) -> None:
+        """Take another `gap` [s] from now on."""
+        self._gap = gap
+        self._assembler.retune(gap)
 
     def flush(self, period: float = math.inf) -> None:
         """Release what waits once nothing has come for the window.

@@ -96,7 +96,7 @@ class Pipeline:
 
     @property
     def alarm(self) -> AlarmStatus | None:
-        """The present alarm status; None before the first estimate."""
+        """The present alarm status; None before anything is told."""
         return self._alarm
 
     @property
@@ -202,7 +202,7 @@ class Pipeline:
         return behind
 
     def acknowledge(self) -> AlarmStatus | None:
-        """Release the alarms' latches; return their status, None before the first estimate."""
+        """Release the alarms' latches; return their status, None if none was ever told."""
         status = self._monitor.acknowledge()
         if status is not None:
             self._alarm = status

@@ -89,8 +89,41 @@ def test_silence_beyond_the_greatest_gap_is_a_stale_sensor() -> None:
     assert feed.monitor.silent(feed.now + 1_400_000_000, 1.4) is None  # no news
 
 
-def test_silence_before_the_first_estimate_says_nothing() -> None:
-    assert BeltMonitor("drive", DRIVE).silent(5, 100.0) is None
+def test_silence_before_the_first_measurement_is_a_stale_sensor_after_ten_seconds() -> None:
+    monitor = BeltMonitor("drive", DRIVE)
+    assert monitor.acknowledge() is None
+    assert monitor.silent(9 * 10**9, 9.0) is None  # a driver may start after the node
+    status = monitor.silent(11 * 10**9, 11.0)
+    assert status is not None
+    assert (status.condition, status.severity) == (Condition.SENSOR_STALE, Severity.ALARM)
+    assert status.message == (
+        "drive: no usable measurement for 11.0 s: check sensors and network. "
+        "Nothing is known of the belt yet."
+    )
+    assert (status.margin.value, status.excess_slip, status.gross_slip_probability) == (0.5, 0, 0)
+    assert monitor.silent(12 * 10**9, 12.0) is None  # no news
+    acknowledged = monitor.acknowledge()
+    assert acknowledged is not None
+    assert acknowledged.severity is Severity.ALARM  # it still holds
+    assert acknowledged.acknowledged
+
+
+def test_what_was_never_heard_is_over_once_it_is() -> None:
+    feed = Feed()
+    feed.now = 20 * 10**9
+    feed.monitor.silent(feed.now, 20.0)
+    feed.steady(3.0)
+    assert feed.raised() == {}
+    assert feed.status.latched_severity is Severity.ALARM  # until acknowledged
+
+
+def test_silence_after_time_has_begun_anew_is_told_as_well() -> None:
+    feed = Feed().steady(1.0)
+    feed.monitor.restart()
+    assert feed.monitor.silent(feed.now, 5.0) is None
+    status = feed.monitor.silent(feed.now + 11 * 10**9, 11.0)
+    assert status is not None
+    assert status.condition is Condition.SENSOR_STALE
 
 
 def test_a_gap_in_the_stamps_is_a_stale_sensor_until_the_off_delay_is_over() -> None:

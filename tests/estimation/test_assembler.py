@@ -107,6 +107,15 @@ def test_a_source_silent_for_longer_than_the_gap_is_not_waited_for() -> None:
     assert all(waiting[time] == 0 for time in range(210, 400, 10))
 
 
+def test_another_gap_counts_at_once() -> None:
+    assembler = Assembler(window=0.05, slop=0.0, sources=2, most=1000, gap=10.0)
+    run(assembler, [(0, 0), (1, 0), *((0, time) for time in range(10, 310, 10))])
+    assert assembler.pending > 0  # for the other source
+    assembler.retune(0.2)
+    run(assembler, [(0, 310)])
+    assert assembler.pending == 0
+
+
 def test_what_is_older_than_what_has_left_is_dropped() -> None:
     assembler = Assembler(window=0.05, slop=0.0, sources=2, most=100)
     out = run(assembler, [(0, 10), (0, 100), (1, 5), (1, 11)])

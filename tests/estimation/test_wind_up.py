@@ -126,3 +126,10 @@ def test_a_pull_that_was_not_known_until_now_has_wound_nothing_up(estimate) -> N
     for step in range(1, 10):
         slip = wind_up.slip(at(estimate, step, 25.0, 0.01, 700.0, deviation=1.0))
         assert slip.value == pytest.approx(0.01)
+
+
+def test_another_standstill_speed_counts_at_once(settings) -> None:
+    monitor = settings.monitor()
+    other = dataclasses.replace(settings.limits, standstill_speed=0.7)
+    monitor.retune(settings.noise, settings.drift, other, settings.alarm)
+    assert monitor.alarm._wind_up.slowest == 0.7

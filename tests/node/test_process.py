@@ -5,7 +5,8 @@ import time
 from pathlib import Path
 
 import pytest
-from node_harness import SECOND, Client, NodeProcess, stamp
+from belt_msgs.msg import SlipAlarm
+from node_harness import SECOND, Client, NodeProcess, not_finite, stamp
 from rosgraph_msgs.msg import Clock
 
 pytestmark = pytest.mark.ros
@@ -62,3 +63,15 @@ def test_simulated_time_that_goes_back_resets_once(
         assert client.states[-1].accepted_count == before + 20
         assert sum(client.states[-1].rejection_counts) == 0
         assert node.log.count("ROS time went back") == 1
+
+
+def test_sensors_that_are_dead_from_the_start_are_told_of(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    with NodeProcess(ros_domain, tmp_path / "log"):
+        client.until(lambda: bool(client.alarms), timeout=60.0)
+        alarm = client.alarms[-1]
+        assert alarm.condition == SlipAlarm.CONDITION_SENSOR_STALE
+        assert "Nothing is known of the belt yet" in alarm.message
+        assert not_finite(alarm) == []
+        assert client.trigger("acknowledge").success

@@ -88,7 +88,9 @@ def drive_row(
         Time after which the estimate is stale [s].
     """
     level, message = _judge_drive(estimate, alarm, unused, greatest_gap)
-    values = {} if estimate is None else _drive_values(estimate, alarm)
+    values = {} if estimate is None else _drive_values(estimate)
+    if estimate is not None or alarm is not None:
+        values |= _alarm_values(alarm)
     return Row(level, f"{node_name}: {drive_name}", drive_name, message, values)
 
 
@@ -118,7 +120,7 @@ def _judge_drive(
     )
 
 
-def _drive_values(estimate: BeltEstimate, alarm: AlarmStatus | None) -> dict[str, float]:
+def _drive_values(estimate: BeltEstimate) -> dict[str, float]:
     values: dict[str, float] = {"phase": estimate.phase}
     for key, quantity in (
         ("slip [-]", estimate.slip),
@@ -143,10 +145,15 @@ def _drive_values(estimate: BeltEstimate, alarm: AlarmStatus | None) -> dict[str
     values["fit mean [-]"] = fit.mean
     values["fit lowest [-]"] = fit.lowest
     values["fit highest [-]"] = fit.highest
-    values["alarm severity"] = Severity.NORMAL if alarm is None else alarm.severity
-    values["alarm latched severity"] = Severity.NORMAL if alarm is None else alarm.latched_severity
-    values["alarms raised"] = 0 if alarm is None else alarm.count
     return values
+
+
+def _alarm_values(alarm: AlarmStatus | None) -> dict[str, float]:
+    return {
+        "alarm severity": Severity.NORMAL if alarm is None else alarm.severity,
+        "alarm latched severity": Severity.NORMAL if alarm is None else alarm.latched_severity,
+        "alarms raised": 0 if alarm is None else alarm.count,
+    }
 
 
 def judge_fit(health: Health) -> tuple[Level, str]:

@@ -2,8 +2,8 @@
 
 Each condition is an alarm of its own (see `condition`). Margin, slip and traction are judged by
 probability, not by the estimate alone: what the data cannot tell raises nothing. While a sensor is
-implausible or the estimator lost, none of these rises anew. Time is that of the estimates. The
-alarms advise; they are no safety function.
+implausible or the estimator lost, none of these rises anew. Time is that of the estimates, or of
+whoever says that none have come. The alarms advise; they are no safety function.
 """
 
 import math
@@ -173,6 +173,8 @@ class SlipAlarm:
     def silent(self, stamp_ns: int, silence: float) -> AlarmStatus | None:
         """Take in that nothing usable has come; return the status if anything changed.
 
+        Before the first estimate, ten seconds at least have to pass.
+
         Parameters
         ----------
         stamp_ns : int
@@ -183,7 +185,8 @@ class SlipAlarm:
         longest = max(self._gap, _UNHEARD) if self._estimate is None else self._gap
         if not silence > longest:
             return None
-        self._now_ns = max(self._now_ns, stamp_ns)
+        # Stamps before an estimate are all there is to go by: time may have begun anew.
+        self._now_ns = stamp_ns if self._estimate is None else max(self._now_ns, stamp_ns)
         self._judge_sensors(self._now_ns, silent=True, silence=silence)
         return self._news()
 
@@ -200,7 +203,7 @@ class SlipAlarm:
         for each in self._all:
             if condition is None or each.condition is condition:
                 each.acknowledge()
-        self._changed = False
+        self._changed = self._estimate is None  # the first estimate is told in any case
         return self._status()
 
     def _elapsed(self, stamp_ns: int) -> float:

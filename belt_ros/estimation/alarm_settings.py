@@ -93,7 +93,8 @@ class AlarmSettings:
     traction_off_delay: float = setting(1.0, "off-delay of lost traction", "s", 0.0, 600.0)
     stale_off_delay: float = setting(
         1.0,
-        "off-delay of a stale sensor; limits.greatest_gap is its on-delay",
+        "off-delay of a stale sensor; limits.greatest_gap is its on-delay, "
+        "before the first measurement at least 10 s",
         "s",
         0.0,
         600.0,

@@ -174,7 +174,10 @@ class Assembler:
         self._released: int | None = None  # the last stamp that left the present stretch
 
     def retune(self, gap: float) -> None:
-        """Take another `gap` [s] from now on."""
+        """Take another `gap` [s] from now on.
+
+        What is held as a jump that no longer is one is dropped with the next sample.
+        """
         self._gap = max(round(gap * _NANOSECONDS), self._window)
 
     @property

@@ -22,12 +22,12 @@ _DRIVER_TORQUE = int(Index.DRIVER_TORQUE)
 
 
 @compiled
-def add_walk(
+def set_walk(
     covariance: _Floats, load: float, c: DriveConstants, activity: Activity, dt: float
 ) -> None:
     """Set what torques that wander by `load` [N/sqrt(s)] at the rims add before a step of `dt` [s].
 
-    To the variance of both torques, and to that of the speeds to start from, which lack what the
+    That is the variance of both torques, and that of the speeds to start from, which lack what the
     torques have not given them. A torque that its own sensor shows to be calm has given all. One
     that jumps has given half of it: when it jumped is left open no further than in the liveliest
     walk, lest a sensor that errs for a sample should pass as a load.

@@ -248,7 +248,7 @@ class BeltMonitor:
         self._filter.finish()
 
     def acknowledge(self, condition: Condition | None = None) -> AlarmStatus | None:
-        """Release the latch of one alarm, or of all; None if nothing has ever been told."""
+        """Release the latch of one alarm, or of all; None if there is nothing to tell of."""
         if self.estimate is None and not self.alarm.told:
             return None
         return self.alarm.acknowledge(self.estimate, condition)

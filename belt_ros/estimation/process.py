@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import Drift, Prior
 from belt_ros.estimation.load import Activity
-from belt_ros.estimation.load_in_step import add_walk
+from belt_ros.estimation.load_in_step import set_walk
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -40,7 +40,7 @@ CreepChange = tuple[float, float, float]  # what `UndevelopedCreep.advance` retu
 
 
 class Process(NamedTuple):
-    """What a step adds to the law of motion, per state."""
+    """What a step adds to the law of motion."""
 
     memory: _Floats  # share of the distance from the prior that is kept (12,)
     covariance_before: _Floats  # added before the motion (12, 12): belt, torques, speeds
@@ -210,7 +210,7 @@ def drift_processes(
     before = np.zeros((2, STATES, STATES))
     for mode in range(2):
         before[mode] = np.diag(gained[mode])
-        add_walk(before[mode], wander.load, c, activity, dt)
+        set_walk(before[mode], wander.load, c, activity, dt)
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt
     return Process(memory[0], before[0], motion), Process(memory[1], before[1], motion)

@@ -81,7 +81,6 @@ class Pipeline:
         self._taken_in = 0
         self._calibrating: int | None = None  # the number of resets when it began
         self._calibrated: CalibrationResult | None = None
-        self._used_ns = 0
         self.begin()
 
     @property
@@ -107,6 +106,8 @@ class Pipeline:
     def begin(self) -> None:
         """Count input, and its absence, from now on."""
         self._meter = InputMeter(self._steady(), self._sources)
+        # ROS time when a measurement was last used, or from when on none has been; None: unknown.
+        self._used_ns: int | None = None
 
     def hear(self, source: str, stamp_ns: int | None, now_ns: int) -> None:
         """Count a message as it comes at ROS time `now_ns`; its stamp is None if it is no time."""
@@ -141,7 +142,9 @@ class Pipeline:
 
         Nothing is silent that stands still with ROS time, such as a simulation at a pause.
         """
-        elapsed = max(now_ns - self._used_ns, 0) * _SECONDS
+        if now_ns > 0 and (self._used_ns is None or now_ns < self._used_ns):
+            self._used_ns = now_ns  # simulated time has begun, or goes on from before
+        elapsed = 0.0 if self._used_ns is None else (now_ns - self._used_ns) * _SECONDS
         silence = min(self._meter.unused(self._steady()), elapsed)
         status = self._monitor.silent(now_ns, silence)
         worsened = status is not None and self._worsened(status)
@@ -202,7 +205,7 @@ class Pipeline:
         return behind
 
     def acknowledge(self) -> AlarmStatus | None:
-        """Release the alarms' latches; return their status, None if none was ever told."""
+        """Release the alarms' latches; return their status, None if there is nothing to tell of."""
         status = self._monitor.acknowledge()
         if status is not None:
             self._alarm = status

@@ -216,6 +216,7 @@ class Session:
     def _retune(self) -> None:
         settings = retuned(self._random, self._base)
         self.pipeline.retune(settings)
+        self.inputs.retune(settings.limits.greatest_gap)
         self._ledger.retune(settings.limits)
 
     def _learn(self) -> None:

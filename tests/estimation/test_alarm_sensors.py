@@ -118,12 +118,28 @@ def test_what_was_never_heard_is_over_once_it_is() -> None:
 
 
 def test_silence_after_time_has_begun_anew_is_told_as_well() -> None:
-    feed = Feed().steady(1.0)
+    feed = Feed()
+    feed.now = 1000 * 10**9
+    feed.steady(1.0)
     feed.monitor.restart()
-    assert feed.monitor.silent(feed.now, 5.0) is None
-    status = feed.monitor.silent(feed.now + 11 * 10**9, 11.0)
+    assert feed.monitor.silent(5 * 10**9, 5.0) is None
+    status = feed.monitor.silent(11 * 10**9, 11.0)
     assert status is not None
     assert status.condition is Condition.SENSOR_STALE
+    assert status.stamp_ns == 11 * 10**9
+
+
+def test_the_first_estimate_is_told_also_after_an_acknowledgement_before_it() -> None:
+    feed = Feed().steady(1.0)
+    feed.monitor.silent(feed.now + 2 * 10**9, 2.0)
+    feed.monitor.restart()  # what is latched stays
+    acknowledged = feed.monitor.acknowledge()
+    assert acknowledged is not None
+    assert "Nothing is known of the belt yet" in acknowledged.message
+    feed.status = None
+    feed.steady(0.02)
+    assert feed.status is not None
+    assert "estimated" in feed.status.message
 
 
 def test_a_gap_in_the_stamps_is_a_stale_sensor_until_the_off_delay_is_over() -> None:

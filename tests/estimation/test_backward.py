@@ -237,7 +237,9 @@ def test_a_step_that_fades_and_moves_has_the_kernel_of_the_two_together() -> Non
     model, run = random_run(5, SCALES)
     mean, covariance = run.means[-1], run.covariances[-1]
     memory = np.array([1.0, 0.9, 0.3, 0.0, 1.0])
-    anchor, gained = SCALES, np.diag(np.array([0.0, 0.2, 1.0, 2.0, 0.0]) * SCALES**2)
+    root = np.diag([0.0, 0.4, 1.0, 1.4, 0.0])
+    root[1, 2:4] = 0.3, -0.5  # what is gained goes together
+    anchor, gained = SCALES, root @ root.T * np.outer(SCALES, SCALES)
     faded = fading_moments(mean, covariance, memory, anchor, gained)
     moved = model.f @ faded.later_mean, model.f @ faded.later_covariance @ model.f.T + model.q
     at_once = model.f @ np.diag(memory)

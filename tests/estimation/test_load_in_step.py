@@ -85,6 +85,27 @@ def test_a_torque_that_its_sensor_shows_to_be_calm_lets_no_speed_be_another() ->
     assert np.all(np.diag(among)[2:] > 0.0)
 
 
+def test_when_a_load_has_jumped_is_left_open_as_in_the_liveliest_walk() -> None:
+    def open_speed(shown: float) -> float:
+        """Variance of the driver's speed where its torque at the end is known."""
+        _, _, added = process(geared(), (shown, 0.0), (shown, 0.0), 0.01)
+        among = added.covariance_before[np.ix_(MOVED, MOVED)]
+        return float(among[0, 0] - among[0, 2] ** 2 / among[2, 2])
+
+    assert open_speed(0.5) == pytest.approx(0.25 * open_speed(1.0))
+    assert open_speed(30.0) == pytest.approx(open_speed(1.0), rel=1e-9)
+
+
+def test_a_load_that_has_jumped_without_its_sensor_leaves_speeds_as_they_are() -> None:
+    calm = Activity(np.array([0.3, 0.001]), np.array([0.002, 0.001]))
+    jumping = calm.jumping()
+    np.testing.assert_array_equal(jumping.taken, 1.0)
+    np.testing.assert_array_equal(jumping.shown, calm.shown)
+    raised = calm.at_least(Activity(np.array([9.0, 0.5]), np.array([9.0, 0.2])))
+    np.testing.assert_array_equal(raised.taken, [1.0, 0.5])
+    np.testing.assert_array_equal(raised.shown, [1.0, 0.2])
+
+
 @pytest.fixture(scope="module", params=list(LOST))
 def stepped(run: Runner, request: pytest.FixtureRequest) -> list[Run]:
     """Runs at 20 Hz of a load that steps within a sample, again and again."""
@@ -122,4 +143,4 @@ def test_speeds_are_as_uncertain_as_said_while_the_load_steps(stepped) -> None:
             for output, truth in zip(run.outputs[40:], run.truths[40:], strict=True):
                 value, stddev = getattr(output.estimate, name)
                 off.append((value - getattr(truth, name)) / stddev)
-        assert math.sqrt(np.mean(np.square(off))) < 1.3
+        assert 0.6 < math.sqrt(np.mean(np.square(off))) < 1.3

@@ -48,7 +48,8 @@ class Linear:
         self.q = np.diag([0.0, 0.01, 0.1]) * SCALES**2
         self.process = Process(
             np.array([1.0, 1.0, 0.9]),
-            np.diag(np.array([0.0, 0.0, 0.2]) * SCALES**2),
+            np.array([[0.0, 0.0, 0.0], [0.0, 0.1, -0.1], [0.0, -0.1, 0.2]])
+            * np.outer(SCALES, SCALES),
             np.diag(self.q),
         )
         self.x, self.p = np.zeros(3), np.diag(SCALES**2)

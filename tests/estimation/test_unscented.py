@@ -93,8 +93,11 @@ def test_each_member_equals_the_stock_filter_over_many_steps() -> None:
 def test_what_fades_returns_to_its_anchor_and_takes_part_in_the_motion() -> None:
     memory, faded = np.ones(STATES), np.zeros(STATES)
     memory[5], faded[5] = 0.5, 0.3**2
+    added = np.diag(faded)
+    added[5, 6] = added[6, 5] = 1e-3
     ours = bank(1)
-    ours.predict(DT, (Process(memory, np.diag(faded), np.zeros(STATES)),) * 2, np.array([0]))
+    ours.predict(DT, (Process(memory, added, np.zeros(STATES)),) * 2, np.array([0]))
+    assert ours.P[0, 5, 6] == pytest.approx(1e-3, rel=1e-6)
     assert ours.x[0, 5] == pytest.approx(0.5 * X[5])
     assert ours.P[0, 5, 5] == pytest.approx((0.5 * DEVIATION[5]) ** 2 + 0.3**2)
     assert ours.P[0, 5, 2] != 0.0

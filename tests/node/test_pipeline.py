@@ -45,3 +45,52 @@ def test_a_reset_before_anything_came_has_no_alarm_to_take_back() -> None:
     pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
     assert services.reset(pipeline, None, published.append).success
     assert published == []
+
+
+class Waiting:
+    """A drive whose sensors have never said anything."""
+
+    def __init__(self) -> None:
+        self.steady = 100.0
+        self.pipeline = Pipeline(
+            "node", ("/joint_states",), load_settings(PAPER_DRIVE), steady=lambda: self.steady
+        )
+
+    def wait(self, seconds: float, now: float, *, stands: bool = False) -> AlarmStatus | None:
+        """Watch every tenth of a second, from a ROS time on; return what was told last."""
+        told = None
+        for tick in range(round(10 * seconds)):
+            self.steady += 0.1
+            outcome = self.pipeline.watch(round((now if stands else now + 0.1 * tick) * 1e9))
+            told = outcome.alarm or told
+        return told
+
+
+def test_sensors_that_never_say_anything_are_told_of_after_ten_seconds() -> None:
+    drive = Waiting()
+    assert drive.wait(9.5, 1.7e9) is None
+    told = drive.wait(2.0, 1.7e9 + 9.5)
+    assert told is not None
+    assert told.condition is Condition.SENSOR_STALE
+    row = drive.pipeline.drive_status()
+    assert "alarm severity" in {value.key for value in row.values}
+
+
+def test_nothing_is_missing_while_simulated_time_has_not_begun_or_stands_still() -> None:
+    drive = Waiting()
+    assert drive.wait(30.0, 0.0, stands=True) is None
+    assert drive.wait(30.0, 1.7e9, stands=True) is None
+    assert drive.wait(9.0, 1.7e9) is None
+    assert drive.wait(3.0, 1.7e9 + 9.0) is not None
+
+
+def test_silence_counts_from_where_ros_time_goes_on_from() -> None:
+    drive = Waiting()
+    for step in range(1, 50):
+        stamp_ns = 1000 * 10**9 + step * STEP_NS
+        drive.pipeline.take(Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0), stamp_ns, stamp_ns)
+    assert drive.pipeline.reset_after_jump(5 * 10**9)
+    told = drive.wait(12.0, 5.0)
+    assert told is not None
+    assert told.condition is Condition.SENSOR_STALE
+    assert told.stamp_ns < 20 * 10**9

@@ -59,9 +59,9 @@ class Calibration:
     accuracy : float
         Standard deviation of the ratio bias that is wanted [-].
     duration : float
-        For how long speeds are averaged [s].
+        For how long speeds are averaged [s]; again as long, and again, while that is not enough.
     patience : float
-        After how long without enough usable samples it is given up [s].
+        After how long without enough usable samples, or without that accuracy, it is given up [s].
     slowest : float
         Rim speed [m/s] that counts as turning.
     """
@@ -102,6 +102,7 @@ class Calibration:
         self._began_ns = self._last_ns = stamp_ns
         self._travel = 0.0  # of the belt without load [m]
         self._averaged = 0.0  # [s]
+        self._due = self._duration  # when that is next judged [s]
         self._obstacle = "no measurement came"
         self._rows: list[tuple[float, ...]] = []
 
@@ -123,9 +124,14 @@ class Calibration:
             if self._travel >= self._settling:
                 self._averaged += dt
                 self._rows.append(self._row(measurement, estimate))
-        if self._averaged >= self._duration or len(self._rows) >= _MOST:
-            self._running = False
-            return self._result()
+        full = len(self._rows) >= _MOST
+        if self._averaged >= self._due or full:
+            result = self._result()
+            if result.ratio_bias is not None or full:
+                self._running = False
+                return result
+            self._due += self._duration  # more of them may do
+            self._obstacle = result.message
         if (measurement.stamp_ns - self._began_ns) * _SECONDS >= self._patience:
             return self.give_up()
         return None
@@ -133,6 +139,8 @@ class Calibration:
     def give_up(self) -> CalibrationResult:
         """End without a result, such as when no more measurements come."""
         self._running = False
+        if self._due > self._duration:
+            return CalibrationResult(self._obstacle, samples=len(self._rows))
         return CalibrationResult(
             f"ratio not calibrated: {self._averaged:.3g} s of {self._duration:.3g} s could be used "
             f"in {(self._last_ns - self._began_ns) * _SECONDS:.3g} s; {self._obstacle}",
@@ -159,14 +167,19 @@ class Calibration:
         return ""
 
     def _row(self, measurement: Measurement, estimate: BeltEstimate) -> tuple[float, ...]:
-        """Ratio bias, its variance, creep and its deviation, torques and their variances."""
+        """Ratio bias, its variance, creep and its deviation, torques and their variances, samples.
+
+        Variances are those of one sample; of how many the values are means, for ratio and torques.
+        """
         variances = sensor_variances(measurement.values(), self._noise).tolist()
         driver, driven = measurement.speeds
         creep = estimate.predicted_creep
         nominal = self._drive.driver.radius * driver / (self._drive.driven.radius * driven)
         variance = variances[0] / driver**2 + variances[1] / driven**2
         bias = nominal * (1.0 - creep.value) - 1.0
-        return (bias, variance, *creep, *measurement.torques, *variances[2:4])
+        samples = measurement.samples[:4] or (1.0,) * 4
+        counts = (min(samples[:2]), *samples[2:])
+        return (bias, variance, *creep, *measurement.torques, *variances[2:4], *counts)
 
     def _result(self) -> CalibrationResult:
         rows = np.array(self._rows)
@@ -174,19 +187,19 @@ class Calibration:
         if count < _FEWEST:
             return CalibrationResult(
                 f"ratio not calibrated: {count} samples in {self._averaged:.3g} s, at least "
-                f"{_FEWEST} are needed; give a longer time",
+                f"{_FEWEST} are needed",
                 samples=count,
             )
-        mean = _average(rows[:, 0], rows[:, 1])
+        mean = _average(rows[:, 0], rows[:, 1], rows[:, 8])
         creep = math.hypot(float(np.mean(rows[:, 2])), float(np.mean(rows[:, 3])))
         bias = Quantity(mean.value, math.hypot(mean.stddev, creep))
         if not bias.stddev <= self._accuracy:
             return CalibrationResult(
                 f"ratio not calibrated: {count} samples give {bias.value:.2g} +/- "
-                f"{bias.stddev:.2g}, wanted is +/- {self._accuracy:.2g}; turn faster or longer",
+                f"{bias.stddev:.2g}, wanted is +/- {self._accuracy:.2g}; turn faster",
                 samples=count,
             )
-        driver, driven = (_torque_offset(rows[:, place], rows[:, place + 2]) for place in (4, 5))
+        driver, driven = (_torque_offset(*rows[:, [at, at + 2, at + 5]].T) for at in (4, 5))
         text = f"ratio bias is {bias.value:.2g} +/- {bias.stddev:.2g}, of {count} samples"
         for name, offset in (("driver", driver), ("driven", driven)):
             if offset is not None:
@@ -194,25 +207,27 @@ class Calibration:
         return CalibrationResult(text, bias, driver, driven, count)
 
 
-def _average(values: _Floats, variances: _Floats) -> Quantity:
+def _average(values: _Floats, variances: _Floats, samples: _Floats) -> Quantity:
     """Mean and its standard deviation, from stated variances and from scatter, the greater counts.
 
     Scatter is that of batches, so noise may be correlated for as long as a batch. Noise that does
-    not show in the samples, such as rounding of a constant speed, does not average out.
+    not show in the samples, such as rounding of a constant speed, does not average out. Values are
+    means of so many `samples`, variances those of one.
     """
     stated = math.sqrt(float(np.mean(variances)))
+    pooled = math.sqrt(float(np.mean(variances / samples)))
     batches = [float(np.mean(batch)) for batch in np.array_split(values, _BATCHES)]
     scatter = _STUDENT * float(np.std(batches, ddof=1)) / math.sqrt(_BATCHES)
-    hidden = float(np.std(values)) < _SEEN * stated
-    stated = stated if hidden else stated / math.sqrt(len(values))
+    hidden = float(np.std(values)) < _SEEN * pooled
+    stated = stated if hidden else pooled / math.sqrt(len(values))
     return Quantity(float(np.mean(values)), max(stated, scatter))
 
 
-def _torque_offset(torques: _Floats, variances: _Floats) -> Quantity | None:
+def _torque_offset(torques: _Floats, variances: _Floats, samples: _Floats) -> Quantity | None:
     there = np.isfinite(torques)
     if np.count_nonzero(there) < _FEWEST:
         return None
-    return _average(torques[there], variances[there])
+    return _average(torques[there], variances[there], samples[there])
 
 
 def with_ratio_bias(components: Sequence[Component], bias: Quantity) -> list[Component]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from belt_ros.estimation.population import Population
-from belt_ros.estimation.sensing import NO_LOADS, Sensed, Sensing
+from belt_ros.estimation.sensing import LOADS, NO_LOADS, Sensed, Sensing
 
 _WILD = 25.0  # squared innovation of a load, for every member, that is not believed ...
 _REFUSED_AT_MOST = 3  # ... in a row
@@ -14,7 +14,7 @@ class LoadCells:
 
     def __init__(self, sensing: Sensing) -> None:
         self._sensing = sensing
-        self._refused = 0
+        self._refused = np.zeros(LOADS, dtype=np.int64)  # in a row, by the load
 
     def take_in(self, population: Population, sensed: Sensed) -> None:
         """Take in the loads that were sensed, if any were."""
@@ -25,10 +25,10 @@ class LoadCells:
             innovation, variance = population.observe_load(
                 load, float(sensed.loads[load]), float(sensed.load_variances[load])
             )
-            if np.min(innovation**2 / variance) > _WILD and self._refused < _REFUSED_AT_MOST:
+            if np.min(innovation**2 / variance) > _WILD and self._refused[load] < _REFUSED_AT_MOST:
                 population.go_back(before)
-                self._refused += 1
-                self._sensing.ask_for_loads()
+                self._refused[load] += 1
+                self._sensing.ask_for_load(load)
                 continue
-            self._refused = 0
+            self._refused[load] = 0
             population.weigh(innovation**2 / float(population.weights @ variance))

@@ -31,7 +31,8 @@ _LOADS = slice(Sensor.DRIVER_HUB_LOAD, Sensor.SPAN_TENSION + 1)
 # Load cells err in gain and zero rather than from sample to sample, so not every sample counts,
 # and a mean is no better than one.
 _BETWEEN_LOADS = 1.0  # [s]
-NO_LOADS = np.full(3, math.nan)
+LOADS = 3
+NO_LOADS = np.full(LOADS, math.nan)
 
 
 class Sensed(NamedTuple):
@@ -70,7 +71,7 @@ def _there(
 class Sensing:
     """Turn measurements into readings of the state.
 
-    Counts the travel, and keeps when loads were last taken in.
+    Counts the travel, and keeps when each load was last taken in.
 
     Parameters
     ----------
@@ -95,11 +96,11 @@ class Sensing:
     def start(self) -> None:
         """Begin anew: angles count from the next reading on, loads are taken in at once."""
         self._travel.start()
-        self._since_loads = math.inf
+        self._since_loads = np.full(LOADS, math.inf)
 
-    def ask_for_loads(self) -> None:
-        """Take loads in again with the next measurement."""
-        self._since_loads = math.inf
+    def ask_for_load(self, load: int) -> None:
+        """Take a load in again with its next reading."""
+        self._since_loads[load] = math.inf
 
     def lose_travel(self) -> None:
         """Count angles anew from the next reading on."""
@@ -122,9 +123,11 @@ class Sensing:
         travel = self._travel.ahead(measurement.speeds, measurement.positions, dt)
         self._since_loads += dt
         loads = NO_LOADS
-        if self._since_loads >= _BETWEEN_LOADS and not all(map(math.isnan, measurement.loads)):
-            self._since_loads = 0.0
-            loads = values[_LOADS]
+        if not all(map(math.isnan, measurement.loads)):
+            due = (self._since_loads >= _BETWEEN_LOADS) & ~np.isnan(values[_LOADS])
+            if np.any(due):
+                self._since_loads[due] = 0.0
+                loads = np.where(due, values[_LOADS], math.nan)
         return Sensed(
             values,
             variances,

@@ -15,7 +15,6 @@ from rclpy.duration import Duration
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 
 from belt_ros.node import services
 from belt_ros.node.drive_unit import DriveUnit
@@ -44,7 +43,8 @@ def _reported(transition: _Transition) -> _Transition:
     def reporting(node: "BeltNode", state: LifecycleState) -> TransitionCallbackReturn:
         try:
             return transition(node, state)
-        except Exception:
+        except Exception as error:
+            node.failed_because = f"{transition.__name__} failed: {error}"
             node.get_logger().fatal(f"{transition.__name__} failed:\n{traceback.format_exc()}")
             raise
 
@@ -61,6 +61,8 @@ class BeltNode(LifecycleNode):
     ----------
     units : list of DriveUnit
         One for each drive.
+    failed_because : str
+        What the last transition that failed has raised.
     """
 
     def __init__(self, **kwargs: Any) -> None:
@@ -74,11 +76,12 @@ class BeltNode(LifecycleNode):
         self._made_by_configure = ExitStack()
         self._configured = self._active = False
         self._unconfigured_because = "nobody has configured it"
+        self.failed_because = "a transition failed"
         self._reminder = self.create_timer(_REMINDER_PERIOD, self._remind, clock=self._steady)
         self.units = [
             DriveUnit(self, name, self._steady, self._publish_rows) for name in self._names()
         ]
-        if len(self.units) > 1:
+        if self._names() != ("",):
             self.create_service(
                 RecordMaintenance, "~/record_maintenance", self._on_record_maintenance
             )
@@ -88,7 +91,8 @@ class BeltNode(LifecycleNode):
             ),
             post_callback=self._on_jump,
         )
-        if self.get_parameter("autostart").value is True:
+        # What is no truth value fails, with the reason, when the node is configured.
+        if self.get_parameter("autostart").value is not False:
             self._autostart()
 
     def _names(self) -> tuple[str, ...]:
@@ -132,18 +136,14 @@ class BeltNode(LifecycleNode):
         )
         for unit, description in zip(self.units, descriptions, strict=True):
             unit.configure(description, settings.memory_period, hub, self._made_by_configure)
-        self._make_diagnostics(settings.diagnostics_period)
+        self._make_diagnostics(hub, settings.diagnostics_period)
         return seconds
 
-    def _make_diagnostics(self, period: float) -> None:
+    def _make_diagnostics(self, hub: TopicHub, period: float) -> None:
         made = self._made_by_configure
-        self._diagnostics_publisher = self.create_lifecycle_publisher(
-            DiagnosticArray,
-            "/diagnostics",
-            QoSProfile(depth=10),
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        self._diagnostics_publisher = hub.publisher(
+            DiagnosticArray, "/diagnostics", QoSProfile(depth=10)
         )
-        made.callback(self.destroy_lifecycle_publisher, self._diagnostics_publisher)
         for seconds, act in ((period, self._publish_diagnostics), (_WATCH_PERIOD, self._watch)):
             made.callback(self.destroy_timer, self.create_timer(seconds, act, clock=self._steady))
 
@@ -180,7 +180,7 @@ class BeltNode(LifecycleNode):
     @_reported
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Return to unconfigured after a transition that raised."""
-        self._release("a transition failed")
+        self._release(self.failed_because)
         return super().on_error(state)
 
     def destroy_node(self) -> None:

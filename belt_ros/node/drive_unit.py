@@ -12,7 +12,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import Trigger
 
 from belt_ros.diagnostic_rows import REJECTION_ADVICE
@@ -33,7 +32,6 @@ from belt_ros.state_bytes import StateBytes
 _REJECTION_LOG_PERIOD = 10.0  # [s] for each reason
 _STATE_DEPTH = 100
 _SECOND_NS = 1_000_000_000
-_LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 _Rows = Callable[..., None]
 
 
@@ -61,6 +59,7 @@ class DriveUnit:
         self._state_period_ns = 0
         self._published_ns = -math.inf
         self._rejections_logged: dict[Rejection, float] = {}
+        self._resets: int | None = None  # of the last estimate, if none has been asked for since
         self._offer_services()
 
     def _offer_services(self) -> None:
@@ -68,7 +67,8 @@ class DriveUnit:
             def respond(request: Any, response: Any) -> Any:
                 response.success, response.message = answer(request)
                 if response.success:
-                    self._node.get_logger().info(response.message)
+                    told, name = response.message, f"{self.drive_name}: "
+                    self._node.get_logger().info(told if told.startswith(name) else name + told)
                 return response
 
             self._node.create_service(kind, f"~/{self._prefix}{name}", respond)
@@ -76,7 +76,7 @@ class DriveUnit:
         offer(
             Trigger,
             "reset",
-            lambda _: services.reset(self._running, self._memory, self._publish_alarm),
+            lambda _: self._reset(),
         )
         offer(
             Trigger,
@@ -85,6 +85,10 @@ class DriveUnit:
         )
         offer(Trigger, "calibrate", lambda _: services.calibrate(self._running))
         offer(RecordMaintenance, "record_maintenance", self.record_maintenance)
+
+    def _reset(self) -> services.Answer:
+        self._resets = None
+        return services.reset(self._running, self._memory, self._publish_alarm)
 
     @property
     def drive_name(self) -> str:
@@ -110,7 +114,7 @@ class DriveUnit:
     ) -> None:
         """Make ready; what is made is destroyed when `made` is closed."""
         settings, unit = description.drive, description.unit
-        self._make_publishers(made)
+        self._make_publishers(hub)
         self._state_bytes = StateBytes(settings.name, BeltState.get_fields_and_field_types())
         self._now_ns = hub.now_ns
         self._state_period_ns = round(unit.state_period * _SECOND_NS)
@@ -132,20 +136,12 @@ class DriveUnit:
         )
         self._open_memory(self._pipeline, unit, memory_period, made)
 
-    def _make_publishers(self, made: ExitStack) -> None:
-        create = self._node.create_lifecycle_publisher
-        overridable = QoSOverridingOptions.with_default_policies()
-        self._state_publisher = create(
-            BeltState,
-            f"~/{self._prefix}state",
-            QoSProfile(depth=_STATE_DEPTH),
-            qos_overriding_options=overridable,
+    def _make_publishers(self, hub: TopicHub) -> None:
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        self._state_publisher = hub.publisher(
+            BeltState, f"~/{self._prefix}state", QoSProfile(depth=_STATE_DEPTH)
         )
-        self._alarm_publisher = create(
-            SlipAlarm, f"~/{self._prefix}alarm", _LATCHED, qos_overriding_options=overridable
-        )
-        for publisher in (self._state_publisher, self._alarm_publisher):
-            made.callback(self._node.destroy_lifecycle_publisher, publisher)
+        self._alarm_publisher = hub.publisher(SlipAlarm, f"~/{self._prefix}alarm", latched)
 
     def _open_memory(
         self, pipeline: Pipeline, unit: UnitSettings, period: float, made: ExitStack
@@ -166,6 +162,7 @@ class DriveUnit:
             return "nothing"
         self._pipeline.begin()
         self._inputs.begin()
+        self._resets = None
         self._active = True
         return ", ".join(self._inputs.sources)
 
@@ -194,6 +191,7 @@ class DriveUnit:
         if self._pipeline is None:
             return False
         self._inputs.begin()
+        self._resets = None
         return self._pipeline.reset_after_jump(now_ns)
 
     def _hear(self, source: str, stamp_ns: int | None) -> None:
@@ -211,7 +209,8 @@ class DriveUnit:
             outcome = pipeline.take(ready, stamp_ns, self._now_ns())
         except (ArithmeticError, np.linalg.LinAlgError) as error:
             self._node.get_logger().error(
-                f"estimation failed, starting anew at the priors: {error}"
+                f"{self.drive_name}: estimation failed, starting anew at the priors: {error}. "
+                "Compare the drive's parameters with the machine"
             )
             pipeline.give_up()
             return
@@ -219,11 +218,20 @@ class DriveUnit:
             self._log_rejection(outcome.reason, source)
         elif outcome.estimate is not None:
             due = outcome.alarm is not None
+            self._note_resets(outcome.estimate.health.resets)
             self._publish_state(outcome.estimate, due=due)
         if outcome.alarm is not None:
             self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
         if outcome.calibration is not None:
             self._tell_calibration(pipeline, outcome.calibration)
+
+    def _note_resets(self, resets: int) -> None:
+        """Log that stamps have made estimation begin anew; what else does so is logged there."""
+        if self._resets is not None and resets > self._resets:
+            self._node.get_logger().warning(
+                f"{self.drive_name}: the stamps went back: starting anew, as this run began"
+            )
+        self._resets = resets
 
     def watch(self, period: float) -> None:
         """Take in what has waited too long, and notice silence.
@@ -265,9 +273,9 @@ class DriveUnit:
     def _tell_calibration(self, pipeline: Pipeline, result: CalibrationResult) -> None:
         logger = self._node.get_logger()
         if result.ratio_bias is None:
-            logger.warning(result.message)
+            logger.warning(f"{self.drive_name}: {result.message}")
         else:
-            logger.info(result.message)
+            logger.info(f"{self.drive_name}: {result.message}")
         self._publish_rows(pipeline.calibration_status())
 
     def _log_rejection(self, reason: Rejection, source: str) -> None:

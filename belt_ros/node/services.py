@@ -1,5 +1,6 @@
 """What the node's services do, and what they answer. Nothing that a request can carry raises."""
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol
 
@@ -33,7 +34,13 @@ class Unit(Protocol):
         """Take in what was done to its belt."""
 
 
-_NOT_ACTIVE = Answer(success=False, message="not active")
+_NOT_ACTIVE = Answer(
+    success=False, message="not active: activate the node, e.g. ros2 lifecycle set <node> activate"
+)
+_NOT_CONFIGURED = Answer(
+    success=False,
+    message="not configured: configure the node, e.g. ros2 lifecycle set <node> configure",
+)
 _NO_ESTIMATE = Answer(
     success=False, message="no estimate yet: nothing usable has come from the sensors"
 )
@@ -82,7 +89,7 @@ def record_maintenance(
 ) -> Answer:
     """Take in what was done to the belt, whether the drive runs or not, and keep it."""
     if pipeline is None:
-        return Answer(success=False, message="not configured")
+        return _NOT_CONFIGURED
     name = request.drive_name
     if name not in {"", pipeline.drive_name}:
         return Answer(
@@ -93,7 +100,9 @@ def record_maintenance(
         return Answer(success=False, message=f"action {request.action} is unknown; {_KINDS}")
     try:
         kind = MaintenanceKind(request.action)
-        done = pipeline.maintain(Maintenance(kind, request.value, request.value_stddev))
+        done = pipeline.maintain(
+            Maintenance(kind, _given(request.value), _given(request.value_stddev))
+        )
     except DriveError as error:
         return Answer(success=False, message=str(error))
     except (ArithmeticError, np.linalg.LinAlgError) as error:
@@ -109,10 +118,17 @@ def record_for_one(units: Sequence[Unit], request: RecordMaintenance.Request) ->
             return unit.record_maintenance(request)
     names = ", ".join(repr(unit.drive_name) for unit in units if unit.drive_name)
     if not names:
-        return Answer(success=False, message="not configured")
+        return _NOT_CONFIGURED
+    if not request.drive_name:
+        return Answer(success=False, message=f"name the drive: one of {names}")
     return Answer(
         success=False, message=f"there is no drive {request.drive_name!a} here, only {names}"
     )
+
+
+def _given(value: float) -> float:
+    """Return a value of a request, NaN where it was left out, which makes it zero."""
+    return math.nan if value == 0.0 else value
 
 
 def _kept(memory: Memory | None) -> str:

@@ -1,11 +1,11 @@
-"""One subscription for each topic, however many drives listen to it."""
+"""The node's topics: overrides of their quality of service, and one subscription for each."""
 
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, NamedTuple
 
 from rclpy.exceptions import InvalidTopicNameException
-from rclpy.node import Node
+from rclpy.lifecycle import LifecycleNode, LifecyclePublisher
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
@@ -22,13 +22,13 @@ class _Shared(NamedTuple):
 
 
 class TopicHub:
-    """Subscribe once to each topic and hand its messages to all who listen.
+    """Make publishers; subscribe once to each topic and hand its messages to all who listen.
 
     So a message for many drives, such as a joint state, is received and deserialised once.
 
     Parameters
     ----------
-    node : Node
+    node : LifecycleNode
     reliability : str
         Of every subscription: ``"best_effort"`` or ``"reliable"``. Parameters
         `qos_overrides.<topic>.subscription.reliability`, `depth` and `history` go before this and
@@ -37,11 +37,12 @@ class TopicHub:
     depth : int
         Of every subscription's queue.
     made : ExitStack
-        Destroys the subscriptions when it is closed.
+        Destroys all that is made here when it is closed.
     """
 
-    def __init__(self, node: Node, reliability: str, depth: int, made: ExitStack) -> None:
+    def __init__(self, node: LifecycleNode, reliability: str, depth: int, made: ExitStack) -> None:
         self._node = node
+        self._made = made
         self._reliability = ReliabilityPolicy[reliability.upper()]
         self._depth = depth
         self._shared: dict[tuple[str, type], _Shared] = {}
@@ -75,7 +76,7 @@ class TopicHub:
             raise SettingsError(f"{topic!r} is no name of a topic: {error}") from error
         key = name, message_type
         if key not in self._shared:
-            self._check_overrides(name)
+            self._check_overrides(name, "subscription")
             listeners: list[Listener] = []
             subscription = self._node.create_subscription(
                 message_type,
@@ -99,10 +100,30 @@ class TopicHub:
 
         return hand_out
 
-    def _check_overrides(self, topic: str) -> None:
+    def publisher(
+        self, message_type: type, topic: str, profile: QoSProfile
+    ) -> "LifecyclePublisher[Any]":
+        """Return a publisher on `topic`, with a profile of its own: overrides are written into it.
+
+        Raises
+        ------
+        SettingsError
+            If a `qos_overrides` parameter of the topic cannot be used.
+        """
+        self._check_overrides(self._node.resolve_topic_name(topic), "publisher")
+        publisher: LifecyclePublisher[Any] = self._node.create_lifecycle_publisher(
+            message_type,
+            topic,
+            profile,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
+        self._made.callback(self._node.destroy_lifecycle_publisher, publisher)
+        return publisher
+
+    def _check_overrides(self, topic: str, entity: str) -> None:
         """Refuse what rclpy would end the transition for, or give to DDS as it is."""
         for policy in ("history", "reliability", "depth"):
-            parameter = f"qos_overrides.{topic}.subscription.{policy}"
+            parameter = f"qos_overrides.{topic}.{entity}.{policy}"
             if not self._node.has_parameter(parameter):
                 continue
             value: object = self._node.get_parameter(parameter).value

@@ -159,6 +159,21 @@ def test_loads_are_taken_in_once_a_second_and_nothing_of_them_is_invented() -> N
     assert sensed.load_variances[2] == pytest.approx(expected)
 
 
+def test_each_load_counts_once_a_second_by_itself() -> None:
+    """Also where each cell has a message of its own."""
+    sense, dt = sensing(), 0.125
+    only_span = dataclasses.replace(FULL, driver_hub_load=math.nan, driven_hub_load=math.nan)
+    only_driver = dataclasses.replace(FULL, driven_hub_load=math.nan, span_tension=math.nan)
+    taken = [
+        np.flatnonzero(~np.isnan(sense.sense(only_span if k % 2 else only_driver, dt).loads))
+        for k in range(18)
+    ]
+    assert [k for k, loads in enumerate(taken) if 0 in loads] == [0, 8, 16]
+    assert [k for k, loads in enumerate(taken) if 2 in loads] == [1, 9, 17]
+    sense.ask_for_load(2)
+    np.testing.assert_array_equal(sense.sense(only_span, dt).loads, [math.nan, math.nan, 350.0])
+
+
 def test_a_load_that_comes_after_a_pause_is_taken_in_at_once() -> None:
     sense = sensing()
     without = dataclasses.replace(

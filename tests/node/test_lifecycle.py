@@ -38,7 +38,10 @@ def test_every_transition_does_what_it_says(
         client.drive(120)
         assert (len(client.states), len(client.diagnostics)) == seen
         response = client.trigger("acknowledge")
-        assert (response.success, response.message) == (False, "not active")
+        assert (response.success, response.message) == (
+            False,
+            "not active: activate the node, e.g. ros2 lifecycle set <node> activate",
+        )
 
         assert client.transition(ACTIVATE)
         client.connect()

@@ -31,7 +31,7 @@ lint: setup  ## check style, types and the direction of imports
 figures: setup  ## draw the paper's figures and tables into docs/figures
 	@$(VENV)/belt figures --out docs/figures
 
-bench: bench-mechanics bench-coverage bench-estimation bench-alarms bench-graph bench-replay  ## run all benchmarks
+bench: bench-mechanics bench-coverage bench-estimation bench-alarms bench-graph bench-replay bench-hostile bench-faults  ## run all benchmarks
 
 bench-mechanics: setup  ## measure the speed of arcs and finite elements; BENCH_ARGS=--exudyn
 	@$(VENV)/python -m benchmarks.mechanics $(BENCH_ARGS)

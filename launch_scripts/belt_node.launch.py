@@ -5,7 +5,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
 
-_SWITCHES = ("autostart", "use_sim_time")
+_SWITCHES = ("autostart", "use_sim_time", "use_memory")
 _RESPAWN_DELAY = 2.0  # [s]
 
 
@@ -72,6 +72,12 @@ def generate_launch_description() -> LaunchDescription:
                 default_value="",
                 description="file that keeps what was learned of this belt from one run to the "
                 "next; empty: as params_file says",
+            ),
+            DeclareLaunchArgument(
+                "use_memory",
+                default_value="",
+                choices=["", "true", "false"],
+                description="whether memory_file is read and written; empty: as params_file says",
             ),
             DeclareLaunchArgument(
                 "log_level",

@@ -38,6 +38,7 @@ def generate_launch_description() -> LaunchDescription:
                 launch_arguments={
                     "params_file": LaunchConfiguration("params_file"),
                     "namespace": LaunchConfiguration("namespace"),
+                    "use_memory": "false",  # what a virtual drive teaches is nobody's belt
                 }.items(),
             ),
             Node(

@@ -52,7 +52,8 @@ def generate_launch_description() -> LaunchDescription:
             {"input_depth": 10000},
             LaunchConfiguration("params_file"),
             # A bag that plays while kernels are still being compiled would be missed.
-            {"use_sim_time": True, "autostart": False},
+            # What it teaches is of then, and not to be kept for now.
+            {"use_sim_time": True, "autostart": False, "use_memory": False},
         ],
         remappings=[("joint_states", LaunchConfiguration("joint_states_topic"))],
         ros_arguments=["--log-level", LaunchConfiguration("log_level")],
@@ -120,7 +121,6 @@ def generate_launch_description() -> LaunchDescription:
             RegisterEventHandler(
                 OnStateTransition(
                     target_lifecycle_node=node,
-                    start_state="configuring",
                     goal_state="unconfigured",
                     entities=[Shutdown(reason="the node cannot be configured")],
                 )

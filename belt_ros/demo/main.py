@@ -126,6 +126,8 @@ def _graph(drive_file: Path, output: Path, console: Console) -> Iterator[Client]
                 str(drive_file),
                 "-p",
                 "input_reliability:=reliable",
+                "-p",
+                "use_memory:=false",
             )
         )
         with console.status("starting the node; the first start of all compiles the mechanics"):

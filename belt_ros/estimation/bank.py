@@ -311,13 +311,6 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
         )
         return innovation, spread
 
-    def begin_travel(self, variance: float) -> None:
-        """Count the rim travel from here, known to `variance` [m2]."""
-        self.x[:, Index.TRAVEL] = 0.0
-        self.P[:, Index.TRAVEL, :] = 0.0
-        self.P[:, :, Index.TRAVEL] = 0.0
-        self.P[:, Index.TRAVEL, Index.TRAVEL] = variance
-
     def update(self, z: _Floats, variance: _Floats, seen: _Places) -> None:
         """Take readings of the states `seen` into every member."""
         self.x, self.P = _update_members(self.x, self.P, z, variance, seen)

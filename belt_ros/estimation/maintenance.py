@@ -110,7 +110,7 @@ def maintained(
         Members of the filter over `state.Index`.
     maintenance : Maintenance
     prior_mean, prior_stddev : ndarray
-        Of the state (11,), from `process.prior_state`.
+        Of the state (12,), from `process.prior_state`.
 
     Notes
     -----

@@ -7,7 +7,7 @@ is another one after its correlation time.
 In between, two things happen to it, both as laws over time that compose: ageing by a and then by b
 is ageing by a + b.
 
-* It wanders about its prior, by the law of `process.drift_process`.
+* It wanders about its prior, by the law of `process.drift_processes`.
 * The tension may have been changed. Then nothing is left of it but its prior, while kf, mu and the
   ratio bias are as they were. The share exp(-changes t) of each member stays; the rest has its
   tension at the prior. So a belt that was re-tensioned, or that has slackened, without anyone
@@ -288,7 +288,7 @@ def restore(
     drive : BeltDrive
         The present drive, which must be the one that was learned.
     prior_mean, prior_stddev : ndarray
-        Of the present state (11,), from `process.prior_state`.
+        Of the present state (12,), from `process.prior_state`.
     drift : Drift
     elapsed : float
         Since `learned.date` [s]. Where it is negative or NaN the clock was set back, as it is on

@@ -1,8 +1,8 @@
 """Signs that a sensor, or what the estimator makes of it, is not to be believed.
 
 A belt that slips is explained by the model, however badly it slips: pull and slip are then those of
-gross slip, and measurements agree with each other. What is none of the belt's doing shows in one of
-four ways, each within a fraction of a second:
+gross slip, and measurements agree with each other. What is none of the belt's doing mostly shows in
+one of four ways within a second; what does not, makes the estimator lost:
 
 * measurements are turned away: infinite, out of range, statistically impossible;
 * a sensor's readings are not those that the others let expect, sample after sample;

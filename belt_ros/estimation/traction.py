@@ -2,7 +2,7 @@
 
 Traction is the pull that the drive can carry, at rest: held tension times what friction makes of
 it, ln capacity = ln T + gain(ln mu). It is lost when it has fallen below a stated share of what it
-was at a reference: when commissioned, learned, or set at maintenance.
+was at a reference: the belt as installed, as told or set at maintenance.
 
 Slip and torque show the product. What it is made of they hardly show, and the estimate of mu then
 is its prior, that of a sound surface. Just when traction is lost this cannot be relied on: oil on a

@@ -134,8 +134,9 @@ class BeltNode(LifecycleNode):
         hub = TopicHub(
             self, settings.input_reliability, settings.input_depth, self._made_by_configure
         )
+        saved_every = settings.memory_period if settings.use_memory else None
         for unit, description in zip(self.units, descriptions, strict=True):
-            unit.configure(description, settings.memory_period, hub, self._made_by_configure)
+            unit.configure(description, saved_every, hub, self._made_by_configure)
         self._make_diagnostics(hub, settings.diagnostics_period)
         return seconds
 

@@ -110,9 +110,16 @@ class DriveUnit:
         return services.record_maintenance(self._pipeline, self._memory, request)
 
     def configure(
-        self, description: DriveDescription, memory_period: float, hub: TopicHub, made: ExitStack
+        self,
+        description: DriveDescription,
+        memory_period: float | None,
+        hub: TopicHub,
+        made: ExitStack,
     ) -> None:
-        """Make ready; what is made is destroyed when `made` is closed."""
+        """Make ready; what is made is destroyed when `made` is closed.
+
+        Without a `memory_period` [s] the drive has no memory, whatever its description says.
+        """
         settings, unit = description.drive, description.unit
         self._make_publishers(hub)
         self._state_bytes = StateBytes(settings.name, BeltState.get_fields_and_field_types())
@@ -144,9 +151,9 @@ class DriveUnit:
         self._alarm_publisher = hub.publisher(SlipAlarm, f"~/{self._prefix}alarm", latched)
 
     def _open_memory(
-        self, pipeline: Pipeline, unit: UnitSettings, period: float, made: ExitStack
+        self, pipeline: Pipeline, unit: UnitSettings, period: float | None, made: ExitStack
     ) -> None:
-        if unit.memory_file is None:
+        if unit.memory_file is None or period is None:
             return
         logger = self._node.get_logger()
         self._memory = Memory(unit.memory_file, pipeline, logger.warning)

@@ -44,6 +44,11 @@ def _node_table() -> Iterator[Parameter]:
     )
     yield Parameter("input_depth", 200, "queue of each input", "messages", 1, 100_000)
     yield Parameter("diagnostics_period", 1.0, "between two /diagnostics", "s", 0.05, 60.0)
+    yield _Switch(
+        "use_memory",
+        default=True,
+        meaning="whether memory_file is read and written; false for old data and for tests",
+    )
     yield Parameter("memory_period", 10.0, "between two savings of memory_file", "s", 0.1, 86400.0)
 
 
@@ -95,6 +100,7 @@ class NodeSettings:
     input_reliability: str
     input_depth: int
     diagnostics_period: float
+    use_memory: bool
     memory_period: float
 
 

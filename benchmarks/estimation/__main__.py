@@ -33,7 +33,11 @@ def _run(chosen: Campaign, asked: argparse.Namespace) -> str:
     rows = campaign.run(chosen.jobs(runs, asked.cells), path, workers, chosen.name, chosen.form)
     rows = [row for row in rows if asked.cells in row.case]
     if not rows:
-        raise SystemExit(f"no cell's name contains {asked.cells!r}")
+        raise SystemExit(
+            f"no cell's name contains {asked.cells!r}"
+            if asked.cells
+            else f"{path} holds no runs; ask for some with --runs"
+        )
     body = _body(chosen, rows)
     if not asked.cells:
         _write(chosen, rows, body, out)

@@ -11,16 +11,10 @@ from benchmarks.faults.margins import ALLOWED, FALSE, HELD, LEVELS, Crossing, to
 CASES = {case.name: case for case in (*belt.FAULTS, *belt.LOADS, *sensors.FAULTS)}
 _LIBRARIES = ("numpy", "numba", "ros-rclpy", "ros-fastdds")
 _REMARKS = {
-    "tension_at_once": "The load stands still after the belt has been tensioned again, and the one "
-    "value of slip tells little of the tension: whether the estimate comes back depends on the "
-    "seed. It is surer than it should be.",
     "tension_in_6_s": "At a load that stands still, 25 % of the tension changes slip by 7 % of its "
     "value. An error of the creep model by 3 % and of kf by 7 %, both within what is allowed for, "
     "explain as much; slip tells only as it grows on the way to gross slip. The margin's deviation "
     "does not say so.",
-    "contamination_stiff": "It cleared in a run in which no input was lost. In one in which the "
-    "machine was so busy that the input's queue overflowed, which shows in fewer states than "
-    "samples, the estimate did not come back.",
 }
 _CHECKS = ("in time", "right alarm", "cleared", "latched", "finite", "alive")
 

@@ -181,3 +181,18 @@ def test_without_a_memory_there_is_no_row_of_it(
         client.connect()
         client.row(" input")
         assert client.rows(" memory") == []
+
+
+def test_a_memory_that_is_not_to_be_used_is_neither_read_nor_written(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "belt.json"
+    path.write_text("{")
+    memory = {"memory_file": path, "memory_period": 0.1, "use_memory": "false"}
+    with NodeProcess(ros_domain, tmp_path / "log", **memory) as node:
+        client.connect()
+        client.drive(50)
+        assert client.transition(DEACTIVATE)
+        assert "memory" not in node.log
+    assert path.read_text() == "{"
+    assert [file.name for file in tmp_path.iterdir() if "belt.json" in file.name] == ["belt.json"]

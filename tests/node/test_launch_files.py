@@ -16,7 +16,7 @@ FILES = sorted((ROOT / "launch_scripts").glob("*.launch.py"))
 OF_THE_NODE = {"params_file", "namespace", "joint_states_topic", "log_level"}
 ARGUMENTS = {
     "belt_node.launch.py": OF_THE_NODE
-    | {"name", "autostart", "use_sim_time", "memory_file", "respawn"},
+    | {"name", "autostart", "use_sim_time", "use_memory", "memory_file", "respawn"},
     "demo.launch.py": {"params_file", "scenario_file", "namespace"},
     "monitor.launch.py": OF_THE_NODE
     | {"name", "use_sim_time", "memory_file", "aggregate", "analyzers_file"},
@@ -157,6 +157,11 @@ def test_the_node_is_given_parameters_that_it_has() -> None:
         if key is not None
         for text in texts(key)
     }
-    assert given == {"autostart", "input_depth", "use_sim_time"}
-    given |= ARGUMENTS["belt_node.launch.py"] & {"autostart", "use_sim_time", "memory_file"}
+    assert given == {"autostart", "input_depth", "use_sim_time", "use_memory"}
+    given |= ARGUMENTS["belt_node.launch.py"] & {
+        "autostart",
+        "use_sim_time",
+        "use_memory",
+        "memory_file",
+    }
     assert given <= {*NODE_PARAMETERS, *DRIVE_PARAMETERS, "use_sim_time"}

@@ -75,3 +75,8 @@ def test_sensors_that_are_dead_from_the_start_are_told_of(
         assert "Nothing is known of the belt yet" in alarm.message
         assert not_finite(alarm) == []
         assert client.trigger("acknowledge").success
+
+
+def test_an_autostart_that_is_no_truth_value_is_named(ros_domain: int, tmp_path: Path) -> None:
+    with NodeProcess(ros_domain, tmp_path / "log", autostart="'yes'") as node:
+        node.wait_for_log("autostart is 'yes'; it must be true or false")

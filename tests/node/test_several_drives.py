@@ -8,6 +8,7 @@ import yaml
 from belt_msgs.msg import BeltState
 from belt_msgs.srv import RecordMaintenance
 from node_harness import PAPER_DRIVE, Client, NodeProcess, joint_state, ns
+from rclpy.qos import ReliabilityPolicy
 from std_srvs.srv import Trigger
 
 from belt_ros.settings import read_parameters
@@ -132,3 +133,50 @@ def test_names_that_cannot_be_used_leave_the_node_unconfigured_and_saying_why(
     with NodeProcess(ros_domain, tmp_path / "log", path) as node:
         node.wait_for_log("cannot be configured")
         assert reason in node.log
+
+
+ALARMS = "qos_overrides./belt_node/left/alarm.publisher.reliability"
+
+
+def test_an_override_of_one_alarm_is_of_that_one_only(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    overrides = {ALARMS: "best_effort"}
+    with NodeProcess(ros_domain, tmp_path / "log", description(tmp_path), **overrides) as node:
+        node.wait_for_log("active, listening on")
+
+        def reliability(drive: str) -> list[ReliabilityPolicy]:
+            found = client.node.get_publishers_info_by_topic(f"/belt_node/{drive}/alarm")
+            return [publisher.qos_profile.reliability for publisher in found]
+
+        client.until(lambda: bool(reliability("left") and reliability("right")))
+        assert reliability("left") == [ReliabilityPolicy.BEST_EFFORT]
+        assert reliability("right") == [ReliabilityPolicy.RELIABLE]
+
+
+def test_an_override_of_a_publisher_that_cannot_be_used_is_named(
+    ros_domain: int, tmp_path: Path
+) -> None:
+    overrides = {ALARMS: "utterly"}
+    with NodeProcess(ros_domain, tmp_path / "log", description(tmp_path), **overrides) as node:
+        node.wait_for_log("cannot be configured")
+        assert f"{ALARMS} is 'utterly'; it must be one of" in node.log
+        assert "Traceback" not in node.log
+
+
+def test_one_drive_that_has_a_name_has_the_service_of_the_node_as_well(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    path = description(tmp_path)
+    document = yaml.safe_load(path.read_text())
+    values = document["/**"]["ros__parameters"]
+    document["/**"]["ros__parameters"] = {
+        name: value for name, value in values.items() if not name.startswith("right.")
+    } | {"drives": ["left"]}
+    path.write_text(yaml.safe_dump(document))
+    with NodeProcess(ros_domain, tmp_path / "log", path) as node:
+        node.wait_for_log("active, listening on")
+        response = client.record_maintenance(RecordMaintenance.Request.BELT_REPLACED)
+        assert (response.success, response.message) == (False, "name the drive: one of 'left'")
+        done = client.record_maintenance(RecordMaintenance.Request.BELT_REPLACED, drive_name="left")
+        assert done.success

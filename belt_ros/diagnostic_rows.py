@@ -14,9 +14,10 @@ REJECTION_ADVICE: dict[Rejection, str] = {
     Rejection.NONE: "accepted",
     Rejection.NOT_FINITE: "all values are NaN, or one is infinite: check the sensor and its driver",
     Rejection.OUT_OF_RANGE: "a speed or torque is beyond limits.*: check the sensor and its units",
-    Rejection.STALE: "older than allowed: check the clocks of sender and receiver",
+    Rejection.STALE: "older than allowed: check the clocks of sender and receiver",  # reserved
     Rejection.OUT_OF_ORDER: "the stamp does not follow the one before: check that the sender "
-    "stamps its messages, and that there is only one",
+    "stamps its messages, and that there is only one; after a gap longer than limits.greatest_gap, "
+    "two have to follow before it is believed",
     Rejection.GATED: "statistically impossible: check the sensor, and noise.* in the parameters",
     Rejection.INCOMPLETE: "a named joint or its velocity is missing: check driver.joint and "
     "driven.joint against the names in the message; joints that come in messages of their own need "

@@ -147,7 +147,7 @@ class DriveInputs:
             known = stamp_of(message)
             stamp_ns = nanoseconds(message.header.stamp) if known is None else known
         else:
-            stamp_ns = known = self._hub.now_ns()
+            stamp_ns, known = self._hub.now_ns(), None  # tells nothing of the sender's clock
         if self._heard is not None:
             self._heard(topic, known)
         sample = feed.read(message, stamp_ns)

@@ -86,7 +86,12 @@ class Ledger:
 
     def begin(self, counted: int) -> None:
         """Count from `counted` on, as nothing waits any more."""
-        self.given, self.last_ns, self._pooled_ns, self._waits = counted, None, None, 0
+        self.given = counted
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin with an empty pool, as a monitor does that starts anew."""
+        self.last_ns, self._pooled_ns, self._waits = None, None, 0
 
     def give(self, ready: Measurement | Rejection) -> None:
         """Take note of what is handed to the pipeline next."""

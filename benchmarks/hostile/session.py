@@ -108,6 +108,7 @@ class Session:
         self.accepted = self.calls = self.refusals = 0
         self.rejected = np.zeros(len(Rejection), dtype=np.int64)
         self._counted = (0, (0,) * len(Rejection))
+        self._resets = 0
 
     def send(self, topic: str, message: Any, now_ns: int) -> None:
         """Hand over a message that comes on `topic` at ROS time `now_ns`."""
@@ -146,6 +147,9 @@ class Session:
     def _count(self) -> None:
         """Check that nothing was lost, and keep the counts for the block."""
         health = self.pipeline.health
+        if health.resets != self._resets:
+            self._resets = health.resets
+            self._ledger.forget()
         self.waiting = self._ledger.check(health.accepted, health.rejections)
         accepted, rejections = self._counted
         self.accepted += health.accepted - accepted
@@ -181,6 +185,7 @@ class Session:
         if self._random.random() < 0.3:
             self.pipeline.reset()
             self._ledger.begin(0)
+            self._resets = self.pipeline.health.resets
             self._counted = (0, (0,) * len(Rejection))
 
     def _jump(self) -> None:
@@ -188,6 +193,7 @@ class Session:
         if self.pipeline.reset_after_jump(behind):
             health = self.pipeline.health
             self._ledger.begin(health.accepted + sum(health.rejections))
+            self._resets = health.resets
 
     def _acknowledge(self) -> None:
         status = self.pipeline.acknowledge()

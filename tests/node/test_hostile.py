@@ -139,6 +139,10 @@ def test_blocks_of_absurd_drives_end_without_a_fault(block, messages) -> None:
     assert run_messages(1, block, messages).fault == ""
 
 
+def test_a_pool_that_begins_anew_in_the_middle_of_a_measurement_loses_none() -> None:
+    assert run_messages(77, 13, 250).fault == ""
+
+
 def test_the_page_names_faults() -> None:
     good = run_messages(2, 0, 50)
     page = "\n".join(sections([good, good._replace(seed=1, fault="ValueError: of something")]))

@@ -2,9 +2,9 @@
 
 Each condition is an alarm of its own (see `condition`). Margin, slip and traction are judged by
 probability, not by the estimate alone: what the data cannot tell raises nothing. While a sensor is
-implausible or the estimator lost, none of these rises anew, but for gross slip where the latter is
-all. Time is that of the estimates, or of
-whoever says that none have come. The alarms advise; they are no safety function.
+implausible none of these rises anew, while the estimator is lost none but gross slip. Time is that
+of the estimates, or of whoever says that none have come. The alarms advise; they are no safety
+function.
 """
 
 import math

@@ -73,11 +73,7 @@ class DriveUnit:
 
             self._node.create_service(kind, f"~/{self._prefix}{name}", respond)
 
-        offer(
-            Trigger,
-            "reset",
-            lambda _: self._reset(),
-        )
+        offer(Trigger, "reset", lambda _: self._reset())
         offer(
             Trigger,
             "acknowledge",

@@ -97,10 +97,10 @@ def wired(joints: JointSample):
 def outcome(settings, start):
     """Let a fault act on a copy of the monitor."""
 
-    def of(kind: str, sensor: str = "all", value: float = math.nan, load="steady", **more):
+    def of(kind: str, sensor="all", value=math.nan, load="steady", seed=0, **more):
         samples, before = start[load]
         result = Outcome(copy.deepcopy(before))
-        faults = SensorFaults(np.random.default_rng(0))
+        faults = SensorFaults(np.random.default_rng(seed))
         fault = Fault(FaultKind(kind), BEGIN, more.pop("end", END), sensor, value, **more)
         faults.add(fault)
         for sample in samples:
@@ -283,7 +283,7 @@ def test_a_speed_of_the_wrong_sign_is_gated_before_it_is_believed(
 ) -> None:
     result = outcome("wrong_sign", sensor)
     assert result.rejections.keys() == {"GATED"}
-    assert result.rejections["GATED"] >= 3  # when it begins, and mostly when it ends as well
+    assert result.rejections["GATED"] >= 6  # three when it begins, three when it ends
     assert phase in result.phases
     assert result.wrong < recovery
 
@@ -303,13 +303,16 @@ MISFITS = [
 
 @pytest.mark.parametrize("fault", MISFITS, ids=lambda f: f"{f['sensor']}-{f['kind']}")
 def test_what_a_sensor_that_did_not_fit_has_taught_is_unlearned(outcome, fault) -> None:
-    result = outcome(**fault, load="moving")
-    assert Phase.LOST in result.phases
-    assert result.misled < 0.7
-    assert result.lost < 50  # until it shows that the sensor does not fit
-    estimate = result.monitor.estimate
-    assert estimate.phase is Phase.RUNNING
-    assert estimate.mean_tension.stddev < 0.16 * 440.0  # 0.10 of it before the fault
+    left = []
+    for seed in range(3 if fault["kind"] == "spike" else 1):  # of when it comes
+        result = outcome(**fault, load="moving", seed=seed)
+        assert Phase.LOST in result.phases
+        assert result.misled < 0.7
+        assert result.lost < 50  # until it shows that the sensor does not fit
+        estimate = result.monitor.estimate
+        assert estimate.phase is Phase.RUNNING
+        left.append(estimate.mean_tension.stddev)
+    assert np.mean(left) < 0.15 * 440.0  # 0.10 of it before the fault
 
 
 @pytest.mark.parametrize("sensor", ["driven_speed", "driven_torque"])

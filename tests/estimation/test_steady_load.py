@@ -125,7 +125,7 @@ def test_tension_and_mu_are_open_in_a_change_of_traction(loosened) -> None:
         opened.append(during.friction_coefficient.stddev / before.friction_coefficient.stddev)
     assert np.median(opened) > 3.5
     assert np.sort(opened)[1] > 2.0
-    assert np.min(opened) > 1.4  # a loss that is noticed early is half over by then
+    assert np.min(opened) > 1.5  # a loss that is noticed early is half over by then
 
 
 def test_oil_that_halves_mu_at_once_leaves_open_that_the_tension_has_stayed(run: Runner) -> None:

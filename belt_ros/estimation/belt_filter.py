@@ -14,7 +14,7 @@ from belt_ros.estimation.ageing import aged
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
 from belt_ros.estimation.estimate import LostTraction
 from belt_ros.estimation.first_readings import FirstReadings
-from belt_ros.estimation.gaussian_sum import Component, narrowed, reduced
+from belt_ros.estimation.gaussian_sum import Component, narrowed
 from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.load_following import LoadFollowing
 from belt_ros.estimation.lull import Expected
@@ -31,6 +31,7 @@ from belt_ros.estimation.process import (
 )
 from belt_ros.estimation.readings import Readings
 from belt_ros.estimation.recent import RecentSteps, Recorder
+from belt_ros.estimation.reduction import reduced
 from belt_ros.estimation.sensing import Sensed, Sensing
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.stepping import Stepping
@@ -283,7 +284,7 @@ class BeltFilter:
         counted = self._sensing.counts_travel
         sensed = self._sensing.sense(measurement, dt)
         activity = self._load.follow(sensed, self.x, self._wander, dt)
-        self._activity = float(np.max(activity.taken))
+        self._activity = float(activity.taken.max())
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)
         step = self._stepping.step(measurement.stamp_ns, dt, sensed, undeveloped, activity)
@@ -304,7 +305,7 @@ class BeltFilter:
         self.stamp_ns = measurement.stamp_ns
         self._since_branch += dt
         self._since_reduced += dt
-        return float(np.min(self._population.squared)) / max(len(sensed.z), 1)
+        return float(self._population.squared.min()) / max(len(sensed.z), 1)
 
     def _travel_contradicts(self) -> bool:
         """Whether positions say what speeds cannot be reconciled with: a jump, or a wrong sign."""
@@ -367,7 +368,7 @@ class BeltFilter:
         population = self._population
         shown = np.flatnonzero(population.weights >= _READ_ABOVE)
         weights = population.weights[shown]
-        return Readings(weights / np.sum(weights), *population.read(shown, slowest))
+        return Readings(weights / weights.sum(), *population.read(shown, slowest))
 
     def lost_traction(self, reference: Reference) -> LostTraction:
         """Probabilities that traction has been lost since a reference, and to what."""

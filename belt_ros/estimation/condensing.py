@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.gaussian_sum import Component, merge, reduced
+from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.reduction import reduced
 
 _Floats = NDArray[np.float64]
 MEMBERS = 32  # at most; half of what the filter may have, so that it can still split them
@@ -26,22 +27,13 @@ def renewed(
 
 
 def condensed(
-    components: list[Component], axes: Sequence[int], most: int = MEMBERS
+    components: Sequence[Component], axes: Sequence[int], most: int = MEMBERS
 ) -> list[Component]:
     """Return at most `most` members of the same mean and covariance, exactly symmetric.
 
-    Negligible members are dropped, those alike along `axes` merged, and then the least likely
-    merged into its neighbour for as long as there are too many (M. West, 1993).
+    Negligible members are dropped, and others merged, see `reduction.reduced`.
     """
-    kept = reduced(components, axes)
-    places = list(axes)
-    means = np.stack([c.mean[places] for c in kept])
-    variances = np.stack([c.covariance[places, places] for c in kept])
-    while len(kept) > most:
-        at = min(range(len(kept)), key=lambda k: kept[k].log_weight)
-        least, mean, variance = kept.pop(at), means[at], variances[at]
-        means, variances = np.delete(means, at, 0), np.delete(variances, at, 0)
-        nearest = int(np.argmin(np.sum((means - mean) ** 2 / (variances + variance), 1)))
-        kept[nearest] = both = merge(kept[nearest], least)
-        means[nearest], variances[nearest] = both.mean[places], both.covariance[places, places]
-    return [replace(c, covariance=0.5 * (c.covariance + c.covariance.T)) for c in kept]
+    return [
+        replace(c, covariance=0.5 * (c.covariance + c.covariance.T))
+        for c in reduced(components, axes, most)
+    ]

@@ -4,8 +4,8 @@ Where the belt is near its capacity, the data bound tension from below and say n
 kf does not show, it stays uncertain by decades. A single Gaussian turns such half-open knowledge
 into a narrow and wrong one. Split along the coordinates in which the model bends, it keeps it open:
 each member is nearly linear within its own width, and the members' likelihoods weigh them against
-each other. Members that the data rule out are dropped, those that have come to say the same are
-merged, so a drive that has settled costs few.
+each other. Members that the data rule out are dropped, and those that can be told apart no longer
+are merged (`reduction.py`), so a drive that has settled costs few.
 """
 
 import math
@@ -18,14 +18,11 @@ from numpy.typing import NDArray
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
-_Places = NDArray[np.int64]
-_NEGLIGIBLE = -18.0  # ln of the relative weight at which a member is dropped
 _REACH, _SPACING = 2.4, 0.75  # of the parts of a split: how far out, and how near, in deviations
 _WORTH_SPLITTING = 1.1  # how much wider a member must be
 _FINEST = 0.15  # width of a part to that of the whole
 _SPLIT_ABOVE = 1e-3  # weight of the heaviest
 _MOST_MEMBERS = 96
-_ALIKE = 0.1  # squared distance between members, per their own variance, at which they are merged
 
 
 @dataclass
@@ -133,103 +130,3 @@ def mixture_moments(
         for j in range(i):
             covariance[j, i] = covariance[i, j]
     return mean, covariance
-
-
-def reduced(components: list[Component], axes: Sequence[int]) -> list[Component]:
-    """Drop members of negligible weight, and merge those that are alike along `axes`."""
-    best = max(component.log_weight for component in components)
-    kept = [c for c in components if c.log_weight - best > _NEGLIGIBLE]
-    kept.sort(key=lambda component: -component.log_weight)
-    log_weights = np.array([component.log_weight for component in kept])
-    means = np.stack([component.mean for component in kept])
-    covariances = np.stack([component.covariance for component in kept])
-    modes = np.array([component.changing for component in kept])
-    count = _merge_alike(log_weights, means, covariances, modes, np.array(axes))
-    return [
-        Component(float(log_weight), mean, covariance, bool(changing))
-        for log_weight, mean, covariance, changing in zip(
-            log_weights[:count], means[:count], covariances[:count], modes[:count], strict=True
-        )
-    ]
-
-
-@compiled
-def _merge_alike(
-    log_weights: _Floats,
-    means: _Floats,
-    covariances: _Floats,
-    modes: NDArray[np.bool_],
-    axes: _Places,
-) -> int:
-    """Merge each member into the first that is like it; those left stand first, return how many."""
-    count = 0
-    for k in range(log_weights.size):
-        at = 0
-        while at < count and not (
-            modes[at] == modes[k]
-            and _alike(means[at], covariances[at], means[k], covariances[k], axes)
-        ):
-            at += 1
-        if at < count:
-            log_weights[at], means[at], covariances[at] = _both(
-                log_weights[at],
-                means[at],
-                covariances[at],
-                log_weights[k],
-                means[k],
-                covariances[k],
-            )
-            continue
-        log_weights[at], modes[at] = log_weights[k], modes[k]
-        means[at], covariances[at] = means[k], covariances[k]
-        count += 1
-    return count
-
-
-@compiled
-def _alike(
-    mean: _Floats, covariance: _Floats, other: _Floats, beside: _Floats, axes: _Places
-) -> bool:
-    """Whether means and widths differ little along every axis, in units of variance."""
-    for axis in axes:
-        variance, variance_beside = covariance[axis, axis], beside[axis, axis]
-        shift = (mean[axis] - other[axis]) ** 2
-        if not shift < _ALIKE * min(variance, variance_beside):
-            return False
-        if not math.log(variance / variance_beside) ** 2 < _ALIKE:
-            return False
-    return True
-
-
-@compiled
-def _both(
-    log_weight: float,
-    mean: _Floats,
-    covariance: _Floats,
-    log_weight_other: float,
-    other: _Floats,
-    beside: _Floats,
-) -> tuple[float, _Floats, _Floats]:
-    """Weight, mean and covariance of two members together."""
-    most = max(log_weight, log_weight_other)
-    total = most + math.log(math.exp(log_weight - most) + math.exp(log_weight_other - most))
-    share = math.exp(log_weight - total)
-    rest = math.exp(log_weight_other - total)
-    both = share * mean + rest * other
-    n = mean.size
-    spread = np.empty((n, n))
-    for i in range(n):
-        for j in range(i + 1):
-            apart = share * (mean[i] - both[i]) * (mean[j] - both[j])
-            apart += rest * (other[i] - both[i]) * (other[j] - both[j])
-            spread[i, j] = share * covariance[i, j] + rest * beside[i, j] + apart
-            spread[j, i] = spread[i, j]
-    return total, both, spread
-
-
-def merge(a: Component, b: Component) -> Component:
-    """Return one member of the same weight, mean and covariance as both, in the mode of `a`."""
-    log_weight, mean, covariance = _both(
-        a.log_weight, a.mean, a.covariance, b.log_weight, b.mean, b.covariance
-    )
-    return Component(log_weight, mean, covariance, a.changing)

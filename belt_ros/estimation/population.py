@@ -122,7 +122,7 @@ class Population:
     def weigh(self, squared: _Floats) -> None:
         """Weigh members against each other, by what each has foretold worse than the others."""
         self._log_weights = self._log_weights - 0.5 * squared
-        self._log_weights -= np.max(self._log_weights)
+        self._log_weights -= self._log_weights.max()
         self.weights = normalised(self._log_weights)
 
     def read(self, members: NDArray[np.int64], slowest: float) -> tuple[_Floats, _Floats]:
@@ -137,7 +137,7 @@ class Population:
         FloatingPointError
             If no member is finite any more.
         """
-        if not math.isfinite(float(np.sum(self._log_weights) + np.sum(self._bank.x))):
+        if not math.isfinite(float(self._log_weights.sum() + self._bank.x.sum())):
             self._drop_broken()
         self.weights = normalised(self._log_weights)
         self.mean, self.covariance = mixture_moments(self.weights, self._bank.x, self._bank.P)

@@ -73,7 +73,7 @@ class Stepping:
         `activity` is that of the load, see `LoadWander.follow`.
         """
         step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
-        if np.min(self._population.squared) > _SURPRISE[len(sensed.z)]:
+        if self._population.squared.min() > _SURPRISE[len(sensed.z)]:
             # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
             self._population.go_back(step.before)
             step = self._moved(stamp_ns, dt, sensed, undeveloped, activity.jumping())

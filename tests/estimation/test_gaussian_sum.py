@@ -5,7 +5,6 @@ from belt_ros.estimation.gaussian_sum import (
     Component,
     mixture_moments,
     normalised,
-    reduced,
     split,
 )
 
@@ -50,34 +49,6 @@ def test_the_parts_of_a_split_look_like_the_whole() -> None:
     )
     normal = np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi)
     np.testing.assert_allclose(density, normal, rtol=0.03)
-
-
-def test_merging_keeps_mean_and_covariance() -> None:
-    alike = [
-        Component(-0.1, MEAN, np.diag(DEVIATION**2)),
-        Component(-1.0, MEAN + 0.02 * DEVIATION, np.diag((1.05 * DEVIATION) ** 2)),
-    ]
-    merged = reduced(alike, (0, 1))
-    assert len(merged) == 1
-    for before, after in zip(moments(alike), moments(merged), strict=True):
-        np.testing.assert_allclose(before, after, rtol=1e-12, atol=1e-15)
-
-
-def test_members_that_differ_in_place_width_or_mode_stay_apart() -> None:
-    one = Component(0.0, MEAN, np.diag(DEVIATION**2))
-    elsewhere = Component(0.0, MEAN + DEVIATION, np.diag(DEVIATION**2))
-    wider = Component(0.0, MEAN, np.diag((2.0 * DEVIATION) ** 2))
-    other_mode = Component(0.0, MEAN, np.diag(DEVIATION**2), changing=True)
-    assert len(reduced([one, elsewhere, wider, other_mode], (0, 1))) == 4
-
-
-def test_negligible_members_are_dropped_and_the_best_is_never() -> None:
-    unlikely = Component(-1000.0, MEAN, np.diag(DEVIATION**2))
-    far = Component(-2000.0, MEAN + 10.0, np.diag(DEVIATION**2))
-    (kept,) = reduced([unlikely, far], (0,))
-    assert kept.log_weight == unlikely.log_weight
-    np.testing.assert_array_equal(kept.mean, unlikely.mean)
-    np.testing.assert_array_equal(kept.covariance, unlikely.covariance)
 
 
 def test_weights_from_any_logarithms_sum_to_one() -> None:

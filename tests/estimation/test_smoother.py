@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from belt_ros.estimation import smoother as smoother_module
-from belt_ros.estimation.gaussian_sum import Component, merge, mixture_moments, normalised
+from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
 from belt_ros.estimation.process import Process
+from belt_ros.estimation.reduction import merge
 from belt_ros.estimation.smoother import Members, Moved, Smoothed, Smoother
 
 STEP_NS = 10_000_000

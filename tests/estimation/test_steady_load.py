@@ -93,7 +93,7 @@ def changed(run: Runner, seed: int, load: float, **to: float) -> Run:
 @pytest.fixture(scope="module", params=[30.0, 38.0])
 def loosened(run: Runner, request: pytest.FixtureRequest) -> list[Run]:
     """Tension falls by 40 % within a second, with half or two thirds of the capacity as load."""
-    return [changed(run, seed, request.param, tension=264.0) for seed in range(4)]
+    return [changed(run, seed, request.param, tension=264.0) for seed in range(8)]
 
 
 def test_a_loss_of_tension_is_noticed_and_never_called_one_of_friction(loosened) -> None:

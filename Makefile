@@ -59,8 +59,9 @@ bench-graph: setup  ## rates, latency, fifty drives, kill -9: the node as a proc
 bench-replay: setup  ## samples a second, cores and memory of replay, beside reading the bag alone
 	@$(VENV)/python -m benchmarks.replay $(BENCH_ARGS)
 
-bench-hostile: setup  ## a million hostile messages through conversion and monitor; resumable
+bench-hostile: setup  ## a million hostile messages through conversion and monitor, and ten thousand by hypothesis
 	@$(VENV)/python -m benchmarks.hostile $(BENCH_ARGS)
+	@HOSTILE_EXAMPLES=170 $(VENV)/python -m pytest -q --timeout 3600 tests/node/test_hostile.py
 
 bench-faults: setup  ## faults of belt, sensors and network over DDS: the right alarm, in time?
 	@$(VENV)/python -m benchmarks.faults $(BENCH_ARGS)

@@ -20,6 +20,7 @@ from belt_ros.node import services
 from belt_ros.node.drive_unit import DriveUnit
 from belt_ros.node.node_status import node_status
 from belt_ros.node.parameters import (
+    changed_priors,
     check_changes,
     declare_parameters,
     foreign_parameters,
@@ -207,10 +208,16 @@ class BeltNode(LifecycleNode):
         return check_changes(self, changes, configured=self._configured)
 
     def _apply_parameters(self, changes: Sequence[RosParameter[Any]]) -> None:
-        del changes
-        if self._configured:
-            for unit, description in zip(self.units, read_descriptions(self), strict=True):
-                unit.retune(description.drive)
+        if not self._configured:
+            return
+        for unit, description in zip(self.units, read_descriptions(self), strict=True):
+            unit.retune(description.drive)
+        priors = changed_priors(self, changes)
+        if priors:
+            self.get_logger().info(
+                f"{', '.join(priors)}: counts once the node is configured anew; a tension that was "
+                "set or measured is told at once by record_maintenance"
+            )
 
     def _watch(self) -> None:
         for unit in self.units:

@@ -30,6 +30,7 @@ from belt_ros.parameter_table import PARAMETERS, Parameter, SettingsError
 from belt_ros.settings import names_of_drives, settings_from_parameters
 
 _OF_EVERY_NODE = ("use_sim_time", "qos_overrides.", "start_type_description_service")
+_PRIOR = "prior."
 _GROUPS = {name.partition(".")[0] for name in PARAMETERS if "." in name}
 
 
@@ -41,7 +42,7 @@ def _descriptor(parameter: Parameter, *, with_range: bool = True) -> ParameterDe
         constraints.append("fixed while the node lives")
     elif parameter.name in WHILE_UNCONFIGURED:
         constraints.append("can be changed only while the node is unconfigured")
-    elif parameter.name.startswith("prior."):
+    elif parameter.name.startswith(_PRIOR):
         constraints.append("a change takes effect when the node is configured anew")
     descriptor = ParameterDescriptor(
         name=parameter.name,
@@ -224,6 +225,12 @@ def check_changes(
     except SettingsError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
+
+
+def changed_priors(node: Node, changes: Iterable[RosParameter[Any]]) -> list[str]:
+    """Return which of the `changes` are of priors, which count once the node is configured anew."""
+    starts = tuple(prefix + _PRIOR for prefix in _prefixes(node))
+    return [change.name for change in changes if change.name.startswith(starts)]
 
 
 def _check_common(node: Node, name: str, value: object) -> None:

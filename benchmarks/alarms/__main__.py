@@ -8,7 +8,7 @@ import argparse
 from pathlib import Path
 
 from benchmarks.alarms import hours, ramps
-from benchmarks.alarms.report import hours_sections, ramp_sections
+from benchmarks.alarms.report import hours_sections, ramp_sections, verdict_lines
 from benchmarks.estimation import campaign, report, store
 
 _RAMPS, _HOURS = 200, 32  # runs of a case, and of a belt: 3 times 32 of 900 s are 24 h
@@ -34,6 +34,8 @@ def main() -> None:
     made_with = report.made_with(f"--runs {steep}", [*ramp_rows, *hour_rows], "alarms")
     body = [
         "# Warning before slip",
+        "",
+        *verdict_lines(ramp_rows, hour_rows),
         "",
         *ramp_sections(ramp_rows, hour_rows),
         *hours_sections(hour_rows),

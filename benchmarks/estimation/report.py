@@ -10,6 +10,7 @@ from typing import Protocol
 from benchmarks.estimation.judged import INTERVALS, Row
 from benchmarks.estimation.statistics import Held, by_case, held
 
+_ELEMENTS_HELD = 0.9  # of the instants of each trajectory, at least
 _LABELS = {"tight_tension": "T_H", "slack_tension": "T_L", "ln_kf": "ln kf"}
 
 
@@ -85,6 +86,18 @@ def verdicts(lines: Sequence[tuple[str, str, bool]]) -> list[str]:
 
 def elements_sections(rows: list[Row]) -> list[str]:
     """Return the finite element campaign's tables."""
+    found = {name: held(group) for name, group in by_case(rows).items()}
     lines = [coverage_line("all", held(rows))]
-    lines += [coverage_line(name, held(group)) for name, group in by_case(rows).items()]
-    return table(["trajectory", *COVERAGE_HEAD], lines)
+    lines += [coverage_line(name, each) for name, each in found.items()]
+    return [*_elements_verdicts(found), "", *table(["trajectory", *COVERAGE_HEAD], lines)]
+
+
+def _elements_verdicts(found: dict[str, Held]) -> list[str]:
+    lines = []
+    for quantity in INTERVALS:
+        least, name = min((each.coverage[quantity], name) for name, each in found.items())
+        target = f"{label(quantity)} held in at least {_ELEMENTS_HELD:.0%} on every trajectory"
+        below = sum(each.coverage[quantity] < _ELEMENTS_HELD for each in found.values())
+        reached = f"{least:.0%} on {name}" + (f"; {below} of {len(found)} below" if below else "")
+        lines.append((target, reached, below == 0))
+    return verdicts(lines)

@@ -177,6 +177,19 @@ def test_a_change_reaches_the_monitor(make_node: MakeNode, monkeypatch: pytest.M
     assert [settings.limits.greatest_gap for settings in retuned] == [2.0]
 
 
+def test_a_prior_that_is_changed_too_late_is_told_of(make_node: MakeNode, said: list[str]) -> None:
+    """It counts once the node is configured anew; a tension set now is told in another way."""
+    node = make_node()
+    assert set_value(node, "prior.tension", 500.0).successful
+    assert not any("prior.tension" in line for line in said)
+    node.trigger_configure()
+
+    assert set_value(node, "limits.greatest_gap", 2).successful
+    assert not any("configured anew" in line for line in said)
+    assert set_value(node, "prior.tension", 400).successful
+    assert sum("prior.tension: counts once" in line for line in said) == 1
+
+
 def test_limits_that_have_changed_are_used(make_node: MakeNode) -> None:
     node = make_node()
     node.trigger_configure()

@@ -14,7 +14,7 @@ _LATE = 0.1  # [s]
 
 
 def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticStatus:
-    """Return the row of the node.
+    """Return the row of the node, of the period that ends now; drives' rows count since the start.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
     for reason in Rejection:
         if reason is not Rejection.NONE:
             words = reason.name.lower().replace("_", " ")
-            values[f"rejected {words}"] = sum(report.rejected[reason] for report in reports)
+            values[f"rejected {words} in period"] = sum(report.rejected[reason] for report in reports)
     level, message = _judge(reports, busy, values.get("latency mean [ms]", math.nan) * 1e-3)
     return status_row(f"{node_name}: node", node_name, level, message, values)
 

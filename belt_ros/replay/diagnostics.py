@@ -114,7 +114,7 @@ class DiagnosticsLog:
         health = self._health()
         came, period = self._input, (now_ns - self._began_ns) * _SECONDS
         values: dict[str, float] = {
-            "rate [Hz]": came.received / period if period > 0.0 else 0.0,
+            "input rate [Hz]": came.received / period if period > 0.0 else 0.0,
             "accepted": health.accepted,
             "resets": health.resets,
             "rejected": sum(health.rejections),

@@ -158,6 +158,14 @@ def test_the_nodes_row_knows_slow_input_from_silence() -> None:
     assert node_status("belt_node", [slow]).level == DiagnosticStatus.OK
 
 
+def test_the_nodes_row_counts_what_was_rejected_in_the_period() -> None:
+    """Drives' rows count since the start; the same key must not mean two things."""
+    row = node_status("belt_node", [report(rejected=rejected(Rejection.GATED, 2)), report()])
+    values = {pair.key: pair.value for pair in row.values}
+    assert values["rejected gated in period"] == "2"
+    assert "rejected gated" not in values
+
+
 def test_messages_of_none_but_others_are_told_from_silence() -> None:
     others = SourceReport("/joint_states", 100.0, 0.001, 0.002, 0.0, 0.01)
     row = input_row(report(received=0, silence=2.0, sources=(others,)))

@@ -42,7 +42,9 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
     for reason in Rejection:
         if reason is not Rejection.NONE:
             words = reason.name.lower().replace("_", " ")
-            values[f"rejected {words} in period"] = sum(report.rejected[reason] for report in reports)
+            values[f"rejected {words} in period"] = sum(
+                report.rejected[reason] for report in reports
+            )
     level, message = _judge(reports, busy, values.get("latency mean [ms]", math.nan) * 1e-3)
     return status_row(f"{node_name}: node", node_name, level, message, values)
 

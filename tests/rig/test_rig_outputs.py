@@ -142,13 +142,14 @@ def test_fifty_drives_at_100_hz_share_a_joint_state(listener: Listener) -> None:
 
 def test_topics_of_several_drives_begin_with_their_names(listener: Listener) -> None:
     topics = [f"{name}/driven/state" for name in ("infeed", "outfeed", "lift")]
+    drivers = [f"{name}/driver/state" for name in ("infeed", "outfeed", "lift")]
     truths = [f"/belt_rig/{name}/truth" for name in ("infeed", "outfeed", "lift")]
     told: dict[str, list[Any]] = {topic: [] for topic in truths}
     kind = pytest.importorskip("belt_msgs.msg").BeltState
     for topic in truths:
         listener._node.create_subscription(kind, topic, told[topic].append, qos_profile_sensor_data)
     heard = listener.hear(
-        topics,
+        [*topics, *drivers],  # the rig waits until all are heard
         "several_drives",
         output="pulley_state",
         truth_rate=10,

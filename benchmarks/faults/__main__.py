@@ -18,6 +18,7 @@ from benchmarks.faults.margins import Crossing, crossings
 from benchmarks.faults.report import CASES, page
 from benchmarks.faults.run import play
 from benchmarks.faults.timeline import timeline
+from benchmarks.graph.program import die_together
 from benchmarks.graph.results import row_format
 
 
@@ -44,6 +45,7 @@ def keep(path: Path, rows: Sequence[Any], kind: Any) -> list[Any]:
 
 def main() -> None:
     """Run what is asked for; write rows and page."""
+    die_together()
     asked = _arguments()
     names = asked.faults.split(",") if asked.faults else list(CASES)
     unknown = sorted(set(names) - set(CASES))

@@ -13,7 +13,7 @@ from benchmarks.graph.drives import run_drives
 from benchmarks.graph.kill import run_kill
 from benchmarks.graph.latency import run_latency
 from benchmarks.graph.parts import PARTS
-from benchmarks.graph.program import ROOT
+from benchmarks.graph.program import ROOT, die_together
 from benchmarks.graph.rate import CASES, run_rate
 from benchmarks.graph.results import keep
 from benchmarks.graph.stages import run_stages
@@ -80,6 +80,7 @@ def _arguments() -> argparse.Namespace:
 
 def main() -> None:
     """Run one part; write its rows and its page."""
+    die_together()
     asked = _arguments()
     asked.out.mkdir(parents=True, exist_ok=True)
     print(keep(PARTS[asked.part], asked.run(asked), asked.out))

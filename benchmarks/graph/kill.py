@@ -114,15 +114,16 @@ def _kill(number: int, before: _Life, life: _Life, heard: Heard, rate: float) ->
     # Of a run too short for that, what it began with, which is the run's before.
     saved = heard.arrived(0, before.end_ns - round(2.0 * _SAVING * _SECOND))
     after = heard.arrived(life.active_ns - round(_SECOND), life.end_ns)
+    old, never = saved.state(-1), math.inf
+    known = [name for name in _KNOWN if getattr(old, name) == BeltState.KNOWLEDGE_LEARNED]
+    if not after.stamps.size:  # the subscriber has not found the node at all before it was killed
+        return Kill(case, number, SOURCES, 0, ran, ready, never, 0.0, len(known), 0, never, never)
     first = after.state(0)
     unseen = int(first.accepted_count) - 1 + int(sum(first.rejection_counts))
     first_ns = int(after.stamps[0]) - round(unseen / rate * _SECOND)
     back = (int(after.arrivals[0]) - first_ns) / _SECOND
     second = after.between(first_ns, first_ns + round(_WITHIN * _SECOND))
-    old = saved.state(-1)
-    known = [name for name in _KNOWN if getattr(old, name) == BeltState.KNOWLEDGE_LEARNED]
     if not second.stamps.size:  # the subscriber found the node later: nothing is back in time
-        never = math.inf
         return Kill(case, number, SOURCES, 0, ran, ready, back, 0.0, len(known), 0, never, never)
     new = second.state(-1)
     kept = [name for name in known if getattr(new, name) == BeltState.KNOWLEDGE_LEARNED]

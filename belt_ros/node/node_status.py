@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from belt_ros.diagnostic_rows import words
 from belt_ros.estimation import Rejection
 from belt_ros.node.diagnostics import status_row
 from belt_ros.node.input_meter import InputReport
@@ -41,8 +42,7 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
         values["latency max [ms]"] = 1e3 * max(r.latency_max for r in _heard(reports))
     for reason in Rejection:
         if reason is not Rejection.NONE:
-            words = reason.name.lower().replace("_", " ")
-            values[f"rejected {words} in period"] = sum(
+            values[f"rejected {words(reason)} in period"] = sum(
                 report.rejected[reason] for report in reports
             )
     level, message = _judge(reports, busy, values.get("latency mean [ms]", math.nan) * 1e-3)

@@ -45,7 +45,7 @@ class Kill(NamedTuple):
     stiffness: float  # the same of ln kf
 
 
-class _Life(NamedTuple):
+class Life(NamedTuple):
     """One run of the node, on the wall clock [ns]."""
 
     begin_ns: int
@@ -67,12 +67,12 @@ def run_kill(params: Path, rate: float, kills: int, seed: int) -> list[Kill]:
         lives = _lives(place, params, random.Random(seed), kills)
         counter.stop()
         (heard,) = Heard.load(noted)
-    return _kills(lives, heard, rate)
+    return judged(lives, heard, rate)
 
 
-def _lives(place: Bench, params: Path, chance: random.Random, kills: int) -> list[_Life]:
+def _lives(place: Bench, params: Path, chance: random.Random, kills: int) -> list[Life]:
     """Start and kill the node; it lives once more than it is killed."""
-    lives: list[_Life] = []
+    lives: list[Life] = []
     for number in range(kills + 1):
         starting = number % _STARTING == _STARTING - 1 and number < kills
         begin = time.time_ns()
@@ -90,11 +90,12 @@ def _lives(place: Bench, params: Path, chance: random.Random, kills: int) -> lis
             active = time.time_ns()
             time.sleep(LEARNING if number == 0 else chance.uniform(_SHORTEST, _LONGEST))
         node.kill()
-        lives.append(_Life(begin, active, time.time_ns()))
+        lives.append(Life(begin, active, time.time_ns()))
     return lives
 
 
-def _kills(lives: list[_Life], heard: Heard, rate: float) -> list[Kill]:
+def judged(lives: list[Life], heard: Heard, rate: float) -> list[Kill]:
+    """Return a row for each life but the first, from all states that were heard."""
     rows = []
     before = lives[0]
     for number, life in enumerate(lives[1:]):
@@ -103,7 +104,7 @@ def _kills(lives: list[_Life], heard: Heard, rate: float) -> list[Kill]:
     return rows
 
 
-def _kill(number: int, before: _Life, life: _Life, heard: Heard, rate: float) -> Kill:
+def _kill(number: int, before: Life, life: Life, heard: Heard, rate: float) -> Kill:
     """Compare the states before a kill with those after it."""
     ran = (before.end_ns - before.active_ns) / _SECOND
     case, nan = f"{rate:g} Hz", math.nan

@@ -1,15 +1,25 @@
 """Verdicts and pages of the benchmark on the graph, and one short run of it."""
 
+import math
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 pytest.importorskip("belt_msgs", reason="belt_msgs is not built")
 
+from belt_msgs.msg import BeltState
+from rclpy.serialization import serialize_message
+
 from belt_ros.settings import load_settings
 from benchmarks.graph import drives, kill, latency, rate, stages
+from benchmarks.graph.counter import Heard
 from benchmarks.graph.parts import PARTS
 from benchmarks.graph.program import ROOT
 from benchmarks.graph.results import keep
@@ -73,6 +83,36 @@ def test_drives_that_lag_or_miss_states_are_told() -> None:
     assert refused(drives.drives_verdicts([DRIVES])) == 0
     assert refused(drives.drives_verdicts([DRIVES._replace(states=4000)])) == 1
     assert refused(drives.drives_verdicts([DRIVES._replace(p99=2e5)])) == 1
+
+
+def test_a_node_that_nobody_heard_after_a_kill_is_a_miss() -> None:
+    second = 10**9
+    state = BeltState(tension_knowledge=BeltState.KNOWLEDGE_LEARNED, accepted_count=100)
+    heard = Heard(np.array([second]), np.array([second]), (serialize_message(state),))
+    lives = [kill.Life(0, 1, 10 * second), kill.Life(11 * second, 12 * second, 15 * second)]
+    (row,) = kill.judged(lives, heard, 100.0)
+    assert (row.back, row.known_before, row.known_after) == (math.inf, 1, 0)
+    assert refused(kill.kill_verdicts([KILL, row])) == 3
+
+
+def test_a_terminated_benchmark_takes_its_programs_along(tmp_path: Path) -> None:
+    script = (
+        "import os, pathlib, time; from benchmarks.graph.program import Program, die_together;"
+        "die_together(); p = Program('http.server', pathlib.Path('log'), os.environ,"
+        " '--bind', '127.0.0.1', '0'); print(p.pid, flush=True); time.sleep(60)"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", script]
+    with subprocess.Popen(
+        command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True
+    ) as benchmark:
+        assert benchmark.stdout is not None
+        child = int(benchmark.stdout.readline())
+        os.kill(child, 0)
+        benchmark.terminate()
+        assert benchmark.wait(20.0) == 128 + signal.SIGTERM
+    with pytest.raises(ProcessLookupError):
+        os.kill(child, 0)
 
 
 def test_kills_are_judged_by_what_is_back() -> None:

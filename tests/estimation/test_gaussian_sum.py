@@ -1,23 +1,15 @@
 import numpy as np
 import pytest
+from sums import moments
 
 from belt_ros.estimation.gaussian_sum import (
     Component,
-    mixture_moments,
     normalised,
     split,
 )
 
 MEAN = np.array([1.0, -2.0, 0.5])
 DEVIATION = np.array([0.3, 2.0, 0.1])
-
-
-def moments(components: list[Component]) -> tuple[np.ndarray, np.ndarray]:
-    return mixture_moments(
-        normalised(np.array([c.log_weight for c in components])),
-        np.stack([c.mean for c in components]),
-        np.stack([c.covariance for c in components]),
-    )
 
 
 @pytest.mark.parametrize(("ratio", "parts"), [(0.45, 9), (0.6, 5), (0.9, 3)])

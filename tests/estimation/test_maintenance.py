@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sums import moments
 
 from belt_ros.estimation import Prior
 from belt_ros.estimation.condensing import MEMBERS
-from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
+from belt_ros.estimation.gaussian_sum import Component, normalised
 from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind, maintained
 from belt_ros.estimation.process import lognormal, prior_state
 from belt_ros.estimation.state import STATES, Index
@@ -52,14 +53,6 @@ def known(tension: float = 500.0, spread: float = 0.05, together: float = 0.8) -
     for place in (STIFFNESS, FRICTION):
         correlation[TENSION, place] = correlation[place, TENSION] = 0.7 * together
     return Component(0.0, mean, correlation * np.outer(deviation, deviation))
-
-
-def moments(components: list[Component]) -> tuple[np.ndarray, np.ndarray]:
-    return mixture_moments(
-        normalised(np.array([c.log_weight for c in components])),
-        np.stack([c.mean for c in components]),
-        np.stack([c.covariance for c in components]),
-    )
 
 
 def after(components: list[Component], kind: MaintenanceKind, *value: float) -> list[Component]:

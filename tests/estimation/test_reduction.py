@@ -2,20 +2,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sums import moments
 
-from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised, split
+from belt_ros.estimation.gaussian_sum import Component, normalised, split
 from belt_ros.estimation.reduction import AFFORDABLE, reduced
 
 MEAN = np.array([1.0, -2.0, 0.5])
 DEVIATION = np.array([0.3, 2.0, 0.1])
-
-
-def moments(components: list[Component]) -> tuple[np.ndarray, np.ndarray]:
-    return mixture_moments(
-        normalised(np.array([c.log_weight for c in components])),
-        np.stack([c.mean for c in components]),
-        np.stack([c.covariance for c in components]),
-    )
 
 
 def density(components: list[Component], x: np.ndarray) -> np.ndarray:

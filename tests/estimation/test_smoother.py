@@ -7,23 +7,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sums import moments
 
 from belt_ros.estimation import smoother as smoother_module
-from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
+from belt_ros.estimation.gaussian_sum import Component, normalised
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.reduction import merge
 from belt_ros.estimation.smoother import Members, Moved, Smoothed, Smoother
 
 STEP_NS = 10_000_000
 SCALES = np.array([100.0, 1e-5, 1.0])
-
-
-def moments(belief: list[Component]) -> tuple[np.ndarray, np.ndarray]:
-    return mixture_moments(
-        normalised(np.array([c.log_weight for c in belief])),
-        np.stack([c.mean for c in belief]),
-        np.stack([c.covariance for c in belief]),
-    )
 
 
 def still(n: int, memory: float = 1.0, variance: float = 0.0) -> Process:

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from belt_ros.mechanics._compile import CACHE_DIRECTORY
-from belt_ros.node.pipeline import warm_up
+from belt_ros.node.warming_up import warm_up
 from belt_ros.rating import rate
 from belt_ros.rig import load_scenario, simulate
 from belt_ros.settings import load_settings

@@ -128,6 +128,8 @@ def _graph(drive_file: Path, output: Path, console: Console) -> Iterator[Client]
                 "input_reliability:=reliable",
                 "-p",
                 "use_memory:=false",
+                "-p",
+                "longest_pool:=0.0",  # a state for every measurement, which is judged
             )
         )
         with console.status("starting the node; the first start of all compiles the mechanics"):

@@ -1,6 +1,7 @@
 """The lifecycle node: parameters, transitions and time around its drives."""
 
 import functools
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -18,6 +19,7 @@ from rclpy.qos import QoSProfile
 
 from belt_ros.node import services
 from belt_ros.node.drive_unit import DriveUnit
+from belt_ros.node.keeping_up import KeepingUp
 from belt_ros.node.node_status import node_status
 from belt_ros.node.parameters import (
     changed_priors,
@@ -28,12 +30,14 @@ from belt_ros.node.parameters import (
     read_descriptions,
     read_node_settings,
 )
-from belt_ros.node.pipeline import warm_up
 from belt_ros.node.topic_hub import TopicHub
+from belt_ros.node.warming_up import warm_up
 from belt_ros.parameter_table import SettingsError
 
 _REMINDER_PERIOD = 10.0  # [s]
 _WATCH_PERIOD = 0.1  # [s]
+# Drives are pooled over different times, by up to this share: or all would step by one message.
+_APART = 0.25
 _Transition = Callable[["BeltNode", LifecycleState], TransitionCallbackReturn]
 
 
@@ -133,11 +137,16 @@ class BeltNode(LifecycleNode):
         # First: who waits for a subscriber waits for one that listens.
         seconds = warm_up(descriptions[0].drive)
         hub = TopicHub(
-            self, settings.input_reliability, settings.input_depth, self._made_by_configure
+            self,
+            settings.input_reliability,
+            settings.input_depth,
+            self._made_by_configure,
+            self._on_message,
         )
         saved_every = settings.memory_period if settings.use_memory else None
         for unit, description in zip(self.units, descriptions, strict=True):
             unit.configure(description, saved_every, hub, self._made_by_configure)
+        self._keeping_up = KeepingUp(_WATCH_PERIOD, settings.longest_pool)
         self._make_diagnostics(hub, settings.diagnostics_period)
         return seconds
 
@@ -154,6 +163,7 @@ class BeltNode(LifecycleNode):
         """Begin to estimate and publish."""
         result = super().on_activate(state)
         listening = dict.fromkeys(unit.activate() for unit in self.units)
+        self._keeping_up.begin()
         self._active = True
         self.get_logger().info(f"active, listening on {', '.join(listening)}")
         return result
@@ -222,6 +232,28 @@ class BeltNode(LifecycleNode):
     def _watch(self) -> None:
         for unit in self.units:
             unit.watch(_WATCH_PERIOD)
+        if self._active:
+            self._pool(self._keeping_up.timer)
+
+    def _on_message(self) -> None:
+        if self._active:
+            self._pool(self._keeping_up.message)
+
+    def _pool(self, changes: Callable[[float], bool]) -> None:
+        """Let the drives pool what cannot be followed, if what has come `changes` that."""
+        before = self._keeping_up.pool_period
+        if not changes(time.monotonic()):
+            return
+        period = self._keeping_up.pool_period
+        for place, unit in enumerate(self.units):
+            unit.pool(period * (1.0 - _APART * place / len(self.units)))
+        if before == 0.0:
+            self.get_logger().warning(
+                "the node falls behind its input: it averages measurements until it keeps up, see "
+                "/diagnostics. Lower the input's rate, or divide the drives between several nodes"
+            )
+        elif period == 0.0:
+            self.get_logger().info("the node keeps up with every measurement again")
 
     def _publish_diagnostics(self) -> None:
         if not self._active:
@@ -233,7 +265,8 @@ class BeltNode(LifecycleNode):
             rows += unit_rows
             if report is not None:
                 reports.append(report)
-        self._publish_rows(node_status(self.get_name(), reports), *rows)
+        pooled = self._keeping_up.pool_period
+        self._publish_rows(node_status(self.get_name(), reports, pooled), *rows)
 
     def _publish_rows(self, *rows: DiagnosticStatus | None) -> None:
         message = DiagnosticArray(status=[row for row in rows if row is not None])

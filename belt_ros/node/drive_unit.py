@@ -189,6 +189,11 @@ class DriveUnit:
             self._pipeline.retune(settings)
             self._inputs.retune(settings.limits.greatest_gap)
 
+    def pool(self, period: float) -> None:
+        """Average measurements over `period` [s] from now on, or over what the drive asks for."""
+        if self._pipeline is not None:
+            self._pipeline.pool(period)
+
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew if ROS time is back behind the estimate; whether that was so."""
         if self._pipeline is None:

@@ -14,7 +14,9 @@ _BUSY = 0.8  # share of the time at which estimation leaves too little for the r
 _LATE = 0.1  # [s]
 
 
-def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticStatus:
+def node_status(
+    node_name: str, reports: Sequence[InputReport], pooled: float = 0.0
+) -> DiagnosticStatus:
     """Return the row of the node, of the period that ends now; drives' rows count since the start.
 
     Parameters
@@ -22,6 +24,8 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
     node_name : str
     reports : sequence of InputReport
         Of every drive that is active, over the same period.
+    pooled : float
+        Time over which measurements are averaged because the node cannot follow all of them [s].
     """
     received = sum(report.received for report in reports)
     period = max((report.period for report in reports), default=0.0)
@@ -29,6 +33,7 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
         "drives": len(reports),
         "silent drives": sum(report.silent for report in reports),
         "input rate [Hz]": sum(report.rate for report in reports),
+        "pooled for want of processor [s]": pooled,
     }
     busy = 0.0
     if received:
@@ -45,7 +50,8 @@ def node_status(node_name: str, reports: Sequence[InputReport]) -> DiagnosticSta
             values[f"rejected {words(reason)} in period"] = sum(
                 report.rejected[reason] for report in reports
             )
-    level, message = _judge(reports, busy, values.get("latency mean [ms]", math.nan) * 1e-3)
+    latency = values.get("latency mean [ms]", math.nan) * 1e-3
+    level, message = _judge(reports, busy, latency, pooled)
     return status_row(f"{node_name}: node", node_name, level, message, values)
 
 
@@ -53,10 +59,18 @@ def _heard(reports: Sequence[InputReport]) -> list[InputReport]:
     return [report for report in reports if report.received]
 
 
-def _judge(reports: Sequence[InputReport], busy: float, latency: float) -> tuple[bytes, str]:
+def _judge(
+    reports: Sequence[InputReport], busy: float, latency: float, pooled: float
+) -> tuple[bytes, str]:
     silent = sum(report.silent for report in reports)
     if silent == len(reports):
         return DiagnosticStatus.STALE, "no drive sends anything: see the rows of the inputs"
+    if pooled > 0.0:
+        return (
+            DiagnosticStatus.WARN,
+            f"the processor is short: measurements are averaged over {pooled:.2f} s. Lower the "
+            "input's rate, or divide the drives between several nodes",
+        )
     if busy > _BUSY:
         return (
             DiagnosticStatus.WARN,

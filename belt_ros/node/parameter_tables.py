@@ -43,6 +43,15 @@ def _node_table() -> Iterator[Parameter]:
         choices=("best_effort", "reliable"),
     )
     yield Parameter("input_depth", 200, "queue of each input", "messages", 1, 100_000)
+    yield Parameter(
+        "longest_pool",
+        0.2,
+        "over which measurements are averaged at most while the node cannot follow its input for "
+        "want of processor; 0: never, then it falls behind",
+        "s",
+        0.0,
+        1.0,
+    )
     yield Parameter("diagnostics_period", 1.0, "between two /diagnostics", "s", 0.05, 60.0)
     yield _Switch(
         "use_memory",
@@ -99,6 +108,7 @@ class NodeSettings:
     autostart: bool
     input_reliability: str
     input_depth: int
+    longest_pool: float
     diagnostics_period: float
     use_memory: bool
     memory_period: float

@@ -77,6 +77,7 @@ class Pipeline:
         self._skew_limit = skew_limit
         self._steady = steady
         self._monitor = settings.monitor()
+        self._pool_period = 0.0
         self._alarm: AlarmStatus | None = None
         self._taken_in = 0
         self._calibrating: int | None = None  # the number of resets when it began
@@ -104,7 +105,9 @@ class Pipeline:
         return self._monitor.health
 
     def begin(self) -> None:
-        """Count input, and its absence, from now on."""
+        """Count input, and its absence, from now on; pool as the drive asks for."""
+        if self._pool_period > 0.0:
+            self.pool(0.0)
         self._meter = InputMeter(self._steady(), self._sources)
         # ROS time when a measurement was last used, or from when on none has been; None: unknown.
         self._used_ns: int | None = None
@@ -250,7 +253,15 @@ class Pipeline:
     def retune(self, settings: DriveSettings) -> None:
         """Use other noise, drift, limits and alarm thresholds from now on."""
         self._settings = settings
-        self._monitor.retune(settings.noise, settings.drift, settings.limits, settings.alarm)
+        limits = settings.limits
+        if self._pool_period > limits.pool_period:
+            limits = dataclasses.replace(limits, pool_period=self._pool_period)
+        self._monitor.retune(settings.noise, settings.drift, limits, settings.alarm)
+
+    def pool(self, period: float) -> None:
+        """Average measurements over `period` [s] from now on, or over what the drive asks for."""
+        self._pool_period = period
+        self.retune(self._settings)
 
     def drive_status(self) -> DiagnosticStatus:
         """Return the drive's diagnostics."""
@@ -287,12 +298,3 @@ class Pipeline:
         return calibration_status(
             self._node_name, self._settings.name, None if running else self._calibrated
         )
-
-
-def warm_up(settings: DriveSettings) -> float:
-    """Compile what the first measurement would otherwise wait for; return the seconds it took."""
-    began = time.monotonic()
-    monitor = settings.monitor()
-    for sample in range(3):
-        monitor.step(Measurement(sample * 100_000_000, 1.0, 1.0, 0.0, 0.0))
-    return time.monotonic() - began

@@ -38,10 +38,20 @@ class TopicHub:
         Of every subscription's queue.
     made : ExitStack
         Destroys all that is made here when it is closed.
+    on_message : callable, optional
+        Called as a message comes, before any listener.
     """
 
-    def __init__(self, node: LifecycleNode, reliability: str, depth: int, made: ExitStack) -> None:
+    def __init__(
+        self,
+        node: LifecycleNode,
+        reliability: str,
+        depth: int,
+        made: ExitStack,
+        on_message: Callable[[], None] = lambda: None,
+    ) -> None:
         self._node = node
+        self._on_message = on_message
         self._made = made
         self._reliability = ReliabilityPolicy[reliability.upper()]
         self._depth = depth
@@ -91,6 +101,7 @@ class TopicHub:
 
     def _fan_out(self, listeners: list[Listener]) -> Listener:
         def hand_out(message: Any) -> None:
+            self._on_message()
             self._arrived_ns = self.now_ns()
             try:
                 for listener in listeners:

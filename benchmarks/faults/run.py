@@ -32,7 +32,8 @@ def play(case: Case) -> Record:
         If rig or recorder fails, or the node does not start.
     """
     with bench() as place:
-        node = place.start_node(case.config)
+        # Judged is the node, not what else this machine is busy with.
+        node = place.start_node(case.config, longest_pool=0.0)
         scenario, written = place.folder / "scenario.yaml", place.folder / "heard"
         scenario.write_text(yaml.safe_dump(dict(case.script)), encoding="utf-8")
         recorder = place.start("benchmarks.faults.recorder", str(written), str(case.acknowledged))

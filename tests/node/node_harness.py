@@ -39,7 +39,10 @@ DEACTIVATE = Transition.TRANSITION_DEACTIVATE
 
 
 class NodeProcess:
-    """`belt_node` in a process; `log` is what it says."""
+    """`belt_node` in a process; `log` is what it says.
+
+    However busy this machine is with other tests, it pools nothing unless a test asks for it.
+    """
 
     def __init__(
         self, domain: int, log: Path, params: Path | None = PAPER_DRIVE, **parameters: object
@@ -47,7 +50,7 @@ class NodeProcess:
         arguments = ["--ros-args"]
         if params is not None:
             arguments += ["--params-file", str(params)]
-        for name, value in parameters.items():
+        for name, value in ({"longest_pool": 0.0} | parameters).items():
             arguments += ["-p", f"{name.replace('__', '.')}:={value}"]
         self._log = log
         with log.open("w") as file:

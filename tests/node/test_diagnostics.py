@@ -166,6 +166,16 @@ def test_the_nodes_row_counts_what_was_rejected_in_the_period() -> None:
     assert "rejected gated" not in values
 
 
+def test_the_nodes_row_tells_that_it_pools_for_want_of_processor() -> None:
+    row = node_status("belt_node", [report(), report()], pooled=0.0667)
+    assert row.level == DiagnosticStatus.WARN
+    assert "averaged over 0.07 s" in row.message
+    values = {pair.key: pair.value for pair in row.values}
+    assert values["pooled for want of processor [s]"] == "0.0667"
+    values = {pair.key: pair.value for pair in node_status("belt_node", [report()]).values}
+    assert values["pooled for want of processor [s]"] == "0"
+
+
 def test_messages_of_none_but_others_are_told_from_silence() -> None:
     others = SourceReport("/joint_states", 100.0, 0.001, 0.002, 0.0, 0.01)
     row = input_row(report(received=0, silence=2.0, sources=(others,)))

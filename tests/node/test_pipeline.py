@@ -4,7 +4,7 @@ import math
 
 from node_harness import PAPER_DRIVE
 
-from belt_ros.estimation import AlarmStatus, Condition, Measurement, Severity
+from belt_ros.estimation import AlarmStatus, Condition, Measurement, Rejection, Severity
 from belt_ros.node import services
 from belt_ros.node.pipeline import Pipeline
 from belt_ros.settings import load_settings
@@ -94,3 +94,39 @@ def test_silence_counts_from_where_ros_time_goes_on_from() -> None:
     assert told is not None
     assert told.condition is Condition.SENSOR_STALE
     assert told.stamp_ns < 20 * 10**9
+
+
+def states_of(pipeline: Pipeline, samples: range) -> int:
+    """Take in measurements of 100 Hz; return how many estimates came of them."""
+    stamps = [sample * STEP_NS for sample in samples]
+    outcomes = [
+        pipeline.take(Measurement(each, 120.0, 119.4, 30.0, -30.0), each, each) for each in stamps
+    ]
+    assert all(outcome.reason is Rejection.NONE for outcome in outcomes)
+    return sum(outcome.estimate is not None for outcome in outcomes)
+
+
+def test_a_drive_pools_as_the_node_asks_until_it_no_longer_does() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    assert states_of(pipeline, range(1, 41)) == 40
+    pipeline.pool(0.1)
+    assert states_of(pipeline, range(41, 81)) == 4
+    pipeline.retune(load_settings(PAPER_DRIVE, {"alarm.margin_warning": 0.4}))
+    assert states_of(pipeline, range(81, 121)) == 4
+    pipeline.pool(0.0)
+    assert states_of(pipeline, range(121, 161)) == 40
+    assert pipeline.health.accepted == 160
+
+
+def test_a_drive_that_asks_for_more_is_pooled_as_it_asks() -> None:
+    settings = load_settings(PAPER_DRIVE, {"limits.pool_period": 0.2})
+    pipeline = Pipeline("node", ("/joint_states",), settings)
+    pipeline.pool(0.05)
+    assert states_of(pipeline, range(1, 102)) == 6
+
+
+def test_a_run_that_begins_pools_as_the_drive_asks() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    pipeline.pool(0.1)
+    pipeline.begin()
+    assert states_of(pipeline, range(1, 41)) == 40

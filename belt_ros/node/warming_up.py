@@ -1,0 +1,54 @@
+"""Compile what a drive may need before it needs it: some of it takes seconds, and not at once."""
+
+import math
+import time
+from collections.abc import Iterator
+
+import numpy as np
+
+from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement
+from belt_ros.estimation.belt_filter import MERGE_AXES
+from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.overload import Capacity
+from belt_ros.estimation.reduction import reduced
+from belt_ros.estimation.state import STATES
+from belt_ros.settings import DriveSettings
+
+_SAMPLES = 30
+_INTERVAL_NS = 20_000_000
+_SPEED = 1.0  # [rad/s]
+_SHARE = 0.1  # of a probability
+
+
+def warm_up(settings: DriveSettings) -> float:
+    """Run a drive with all sensors that there are; return the seconds it took."""
+    began = time.monotonic()
+    monitor = settings.monitor()
+    for measurement in _measurements(settings.prior.tension):
+        monitor.step(measurement)
+    monitor.gross_slip_probability_at(monitor.load_at_probability(_SHARE))
+    tension = settings.prior.tension
+    monitor.maintain(Maintenance(MaintenanceKind.TENSION_MEASURED, tension, _SHARE * tension))
+    _single()
+    return time.monotonic() - began
+
+
+def _measurements(tension: float) -> Iterator[Measurement]:
+    """Yield those of a drive that is loaded and turns without slip."""
+    for sample in range(_SAMPLES):
+        turned = _SPEED * sample * _INTERVAL_NS * 1e-9
+        torque = _SHARE * math.sin(sample)
+        yield Measurement(
+            (1 + sample) * _INTERVAL_NS,
+            *(_SPEED, _SPEED, torque, -torque, turned, turned),
+            driver_hub_load=2.0 * tension,
+            driven_hub_load=2.0 * tension,
+            span_tension=tension,
+        )
+
+
+def _single() -> None:
+    """Compile for a single Gaussian: numba tells columns of one row from those of several."""
+    reduced([Component(0.0, np.zeros(STATES), np.eye(STATES))], MERGE_AXES)
+    capacity = Capacity(np.ones(1), np.ones(1), np.ones(1))
+    capacity.gross_slip_probability_at(capacity.load_at_probability(_SHARE))

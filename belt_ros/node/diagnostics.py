@@ -20,7 +20,15 @@ from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Rejection
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.memory import MemoryReport, span
-from belt_ros.node.source_meter import SKEW_LIMIT, clock_skew, clock_trouble
+from belt_ros.node.source_meter import (
+    SKEW_LIMIT,
+    clock_skew,
+    clock_trouble,
+    missing_messages,
+)
+
+MISSING = "missing messages in period"
+_MISSED = 0.01  # of what came, beyond which what is missing is to be looked at
 
 
 def drive_status(
@@ -81,6 +89,7 @@ def input_status(
     skew = clock_skew(report.sources)
     if skew is not None:
         values["clock skew [ms]"] = 1e3 * skew.seconds
+    values[MISSING] = missing_messages(report.sources)
     for source in report.sources if len(report.sources) > 1 else ():
         values[f"rate of {source.topic} [Hz]"] = source.rate
     for reason, count in zip(Rejection, health.rejections, strict=True):
@@ -118,6 +127,13 @@ def _judge_input(
     trouble = clock_trouble(report.sources, skew_limit)
     if trouble:
         return DiagnosticStatus.WARN, trouble
+    missing = missing_messages(report.sources)
+    if missing > _MISSED * report.received:
+        return (
+            DiagnosticStatus.WARN,
+            f"{missing:.0f} messages are missing, by the stamps of those that came: lost on the "
+            "network (input_reliability: reliable), or dropped from a full queue (input_depth)",
+        )
     level, message = judge_fit(health)
     return _byte(level), message
 

@@ -79,15 +79,16 @@ class InputMeter:
         self._latency_sum = self._processing_sum = 0.0
         self._latency_max = self._processing_max = -math.inf
 
-    def heard(self, source: str, latency: float, now: float) -> None:
+    def heard(self, source: str, latency: float, now: float, stamp_ns: int | None = None) -> None:
         """Count a message on a topic as it comes, whatever becomes of it.
 
-        `latency` is that from its stamp to its arrival [s]; NaN where the stamp is no time.
+        `latency` is that from its stamp to its arrival [s]; NaN, without `stamp_ns` [ns], where the
+        stamp is no time.
         """
         meter = self._sources.get(source)
         if meter is None:
             meter = self._sources[source] = SourceMeter(source, self._since)
-        meter.count(latency, now)
+        meter.count(latency, now, stamp_ns)
 
     def count(self, reason: Rejection, latency: float, began: float, ended: float) -> None:
         """Count one measurement, handled from `began` to `ended`."""

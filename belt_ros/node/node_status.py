@@ -7,8 +7,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from belt_ros.diagnostic_rows import words
 from belt_ros.estimation import Rejection
-from belt_ros.node.diagnostics import status_row
+from belt_ros.node.diagnostics import MISSING, status_row
 from belt_ros.node.input_meter import InputReport
+from belt_ros.node.source_meter import missing_messages
 
 _BUSY = 0.8  # share of the time at which estimation leaves too little for the rest
 _LATE = 0.1  # [s]
@@ -45,6 +46,7 @@ def node_status(
         late = sum(report.latency_mean * report.received for report in _heard(reports))
         values["latency mean [ms]"] = 1e3 * late / received
         values["latency max [ms]"] = 1e3 * max(r.latency_max for r in _heard(reports))
+    values[MISSING] = missing_messages(source for report in reports for source in report.sources)
     for reason in Rejection:
         if reason is not Rejection.NONE:
             values[f"rejected {words(reason)} in period"] = sum(

@@ -115,7 +115,7 @@ class Pipeline:
     def hear(self, source: str, stamp_ns: int | None, now_ns: int) -> None:
         """Count a message as it comes at ROS time `now_ns`; its stamp is None if it is no time."""
         latency = math.nan if stamp_ns is None else (now_ns - stamp_ns) * _SECONDS
-        self._meter.heard(source, latency, self._steady())
+        self._meter.heard(source, latency, self._steady(), stamp_ns)
 
     def take(self, ready: Measurement | Rejection, stamp_ns: int, now_ns: int) -> Outcome:
         """Take in a measurement, or why there is none, stamped `stamp_ns`, at ROS time `now_ns`."""

@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from belt_ros.node.missing import Missing
+
 SKEW_LIMIT = 0.02
 """Difference between two senders' clocks that is worth telling [s].
 
@@ -37,6 +39,8 @@ class SourceReport:
         Negative: the stamps are of the future.
     silence : float
         Since the last message, or since counting began [s].
+    missing : float
+        Messages that did not come, by the stamps of those that did; NaN: cannot be told.
     """
 
     topic: str
@@ -45,6 +49,7 @@ class SourceReport:
     latency_max: float
     clock_offset: float
     silence: float
+    missing: float = math.nan
 
 
 class SourceMeter:
@@ -56,10 +61,13 @@ class SourceMeter:
         self._received = 0
         self._latencies = _Latencies()
         self._least: deque[float] = deque(maxlen=_PERIODS)
+        self._missing = Missing()
 
-    def count(self, latency: float, now: float) -> None:
-        """Count one message; `latency` is NaN where its stamp is no time [s]."""
+    def count(self, latency: float, now: float, stamp_ns: int | None = None) -> None:
+        """Count one message; `latency` [s] is NaN, and there is no stamp, where that is no time."""
         self._received += 1
+        if stamp_ns is not None:
+            self._missing.hear(stamp_ns)
         self._last = now
         self._latencies.add(latency)
 
@@ -75,6 +83,7 @@ class SourceMeter:
             latency_max=latencies.greatest if latencies.count else math.nan,
             clock_offset=min(self._least, default=math.nan),
             silence=now - self._last,
+            missing=self._missing.report(),
         )
         self._since, self._received, self._latencies = now, 0, _Latencies()
         return report
@@ -95,6 +104,12 @@ class _Latencies:
             self.sum += latency
             self.least = min(self.least, latency)
             self.greatest = max(self.greatest, latency)
+
+
+def missing_messages(sources: Iterable[SourceReport]) -> float:
+    """Return how many messages are missing, of every topic once; NaN: of none can that be told."""
+    known = {each.topic: each.missing for each in sources if math.isfinite(each.missing)}
+    return sum(known.values()) if known else math.nan
 
 
 class ClockSkew(NamedTuple):

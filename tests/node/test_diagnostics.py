@@ -1,6 +1,7 @@
 """Diagnostics as functions of numbers: levels, advice, and values that parse."""
 
 import dataclasses
+import math
 from typing import Any
 
 import pytest
@@ -174,6 +175,20 @@ def test_the_nodes_row_tells_that_it_pools_for_want_of_processor() -> None:
     assert values["pooled for want of processor [s]"] == "0.0667"
     values = {pair.key: pair.value for pair in node_status("belt_node", [report()]).values}
     assert values["pooled for want of processor [s]"] == "0"
+
+
+def test_messages_that_are_missing_by_their_stamps_are_told_once_for_each_topic() -> None:
+    sources = [SourceReport("/joint_states", 50.0, 0.001, 0.002, 0.0, 0.01, missing=7.0)]
+    row = input_row(report(sources=sources))
+    assert row.level == DiagnosticStatus.WARN
+    assert "7 messages are missing" in row.message
+    row = node_status("belt_node", [report(sources=sources), report(sources=sources)])
+    assert {pair.key: pair.value for pair in row.values}["missing messages in period"] == "7"
+
+    row = input_row(report(sources=[dataclasses.replace(sources[0], missing=1.0)]))
+    assert "missing" not in row.message
+    row = input_row(report(sources=[dataclasses.replace(sources[0], missing=math.nan)]))
+    assert "missing messages in period" not in {pair.key for pair in row.values}
 
 
 def test_messages_of_none_but_others_are_told_from_silence() -> None:

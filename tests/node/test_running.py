@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from node_harness import (
     MILLISECOND,
     NAMES,
+    SECOND,
     Client,
     NodeProcess,
     joint_state,
@@ -140,6 +141,16 @@ def test_rejections_are_logged_once_with_advice_and_told_in_diagnostics(
     assert row.level in (DiagnosticStatus.WARN, DiagnosticStatus.ERROR)
     assert "not finite" in row.message
     assert node.log.count("measurement rejected from /joint_states, not finite: ") == 1
+
+
+def test_messages_that_never_come_are_missed_by_the_stamps_of_the_others(client: Client) -> None:
+    for _ in range(30):
+        client.drive(9)
+        client.now_ns += client.step_ns  # the tenth
+        client.spin(client.step_ns / SECOND)
+    row = client.rows(" input")[-1]
+    values = {pair.key: float(pair.value) for pair in row.values}
+    assert 8 <= values["missing messages in period"] <= 12
 
 
 def test_reset_starts_anew(client: Client) -> None:

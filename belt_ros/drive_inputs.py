@@ -6,14 +6,14 @@ Messages are read by their fields' names alone, so that those of rclpy and of ro
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from belt_ros.estimation import Joint, Measurement, Rejection, measurement_from_joints
 from belt_ros.estimation.measurement import of_others
-from belt_ros.parameter_table import Parameter, SettingsError
+from belt_ros.node_tables import UNIT_PARAMETERS, InputKind
+from belt_ros.parameter_table import SettingsError
 from belt_ros.settings import names_of_drives, read_parameters
 from belt_ros.several_drives import values_of_drive
 
@@ -25,6 +25,7 @@ _MOST_SECONDS = 2**31  # of builtin_interfaces/Time
 _MOST_JOINTS = 1000
 _PULLEYS = ("driver", "driven")
 _MOTION = ("speed", "torque", "position")
+_INPUT = ("input", "input_reorder_window", "input_disorder", "input_slop", "input_loads")
 _JOINT_STATE_FIELDS = ("header", "name", "position", "velocity", "effort")
 _PULLEY_STATE_FIELDS = ("header", "speed", "torque", "position", "hub_load", "span_tension")
 _LOADS = {
@@ -32,14 +33,6 @@ _LOADS = {
     "driven/hub_load": "driven_hub_load",
     "driven/span_tension": "span_tension",
 }
-
-
-class InputKind(str, Enum):
-    """What speeds and torques come as."""
-
-    JOINT_STATE = "joint_state"
-    PULLEY_STATE = "pulley_state"
-    FLOAT64 = "float64"
 
 
 @dataclass(frozen=True)
@@ -53,44 +46,6 @@ class InputSettings:
     loads: bool = False  # come as Float64 beside them
 
 
-_TABLE = (
-    Parameter(
-        "input",
-        InputKind.JOINT_STATE.value,
-        "what speeds and torques come as: one joint_states; driver/state and driven/state "
-        "(belt_msgs/PulleyState); or driver/speed, driver/torque, driver/position and the same of "
-        "driven (std_msgs/Float64)",
-        choices=tuple(kind.value for kind in InputKind),
-    ),
-    Parameter(
-        "input_reorder_window",
-        0.05,
-        "how long a message waits at most for what other topics say of the same time; joint_states "
-        "alone waits for nothing",
-        "s",
-        0.0,
-        10.0,
-    ),
-    Parameter(
-        "input_disorder",
-        0.0,
-        "how much older than the newest of its own topic a message may come; all wait that long",
-        "s",
-        0.0,
-        10.0,
-    ),
-    Parameter(
-        "input_slop",
-        0.001,
-        "stamps of different topics that differ by no more than this are one measurement",
-        "s",
-        0.0,
-        1.0,
-    ),
-)
-INPUT_PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter in _TABLE}
-
-
 def inputs_from_parameters(values: Mapping[str, object]) -> InputSettings:
     """Build settings from flat parameter names, of which all others are left aside.
 
@@ -99,14 +54,11 @@ def inputs_from_parameters(values: Mapping[str, object]) -> InputSettings:
     SettingsError
         For a wrong type or a value out of range.
     """
-    kind, window, disorder, slop = (
-        parameter.check(values.get(name, parameter.default))
-        for name, parameter in INPUT_PARAMETERS.items()
+    kind, window, disorder, slop, loads = (
+        UNIT_PARAMETERS[name].check(values.get(name, UNIT_PARAMETERS[name].default))
+        for name in _INPUT
     )
-    loads = values.get("input_loads", False)
-    if not isinstance(loads, bool):
-        raise SettingsError(f"input_loads is {loads!r}; it must be true or false")
-    return InputSettings(InputKind(kind), float(window), float(disorder), float(slop), loads)
+    return InputSettings(InputKind(kind), float(window), float(disorder), float(slop), bool(loads))
 
 
 def load_inputs(path: str | Path, drive: str = "") -> InputSettings:

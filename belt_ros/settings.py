@@ -24,6 +24,7 @@ from belt_ros.estimation import (
     SensorNoise,
 )
 from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
+from belt_ros.node_tables import ALL_PARAMETERS, OF_EVERY_NODE
 from belt_ros.parameter_table import GROUPS, PARAMETERS, SettingsError
 from belt_ros.several_drives import DriveNamesError, drive_names, values_of_drive
 
@@ -33,16 +34,6 @@ _LARGEST_FILE = 1_000_000
 _RISING = (
     ("alarm.margin_alarm", "alarm.margin_warning"),
     ("alarm.excess_slip_warning", "alarm.excess_slip_alarm", "alarm.excess_slip_trip"),
-)
-# Parameters of the node itself, which the same file may hold.
-NODE_ONLY = (
-    "use_sim_time",
-    "autostart",
-    "input",
-    "state_period",
-    "diagnostics_period",
-    "memory_",
-    "qos_overrides",
 )
 
 
@@ -74,9 +65,7 @@ class DriveSettings:
         )
 
 
-_RESERVED = frozenset(name.partition(".")[0] for name in PARAMETERS) | {
-    name.rstrip("_") for name in NODE_ONLY
-}
+_RESERVED = frozenset(name.partition(".")[0] for name in (*ALL_PARAMETERS, *OF_EVERY_NODE))
 
 
 def _flatten(mapping: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
@@ -110,7 +99,7 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
     """
     for name in values:
         if name not in PARAMETERS:
-            near = difflib.get_close_matches(name, PARAMETERS, n=1)
+            near = difflib.get_close_matches(name, ALL_PARAMETERS, n=1)
             hint = f"; did you mean {near[0]}?" if near else ""
             raise SettingsError(f"unknown parameter {name}{hint}")
     checked: dict[str, Any] = {}
@@ -204,6 +193,24 @@ def names_of_drives(values: Mapping[str, object]) -> tuple[str, ...]:
         raise SettingsError(str(error)) from error
 
 
+def without_nodes_own(values: Mapping[str, object]) -> dict[str, object]:
+    """Return flat `values` without those of the node, which the same file may hold; check these.
+
+    Raises
+    ------
+    SettingsError
+        If one that is the node's cannot be used.
+    """
+    rest = {}
+    for name, value in values.items():
+        own = ALL_PARAMETERS.get(name)
+        if own is not None and name not in PARAMETERS:
+            own.check(value)
+        elif not name.startswith(OF_EVERY_NODE):
+            rest[name] = value
+    return rest
+
+
 def load_settings(
     path: str | Path, overrides: Mapping[str, object] | None = None, drive: str = ""
 ) -> DriveSettings:
@@ -223,10 +230,7 @@ def load_settings(
     """
     values = {**read_parameters(path), **(overrides or {})}
     try:
-        values = _chosen(values, drive)
-        return settings_from_parameters(
-            {name: value for name, value in values.items() if not name.startswith(NODE_ONLY)}
-        )
+        return settings_from_parameters(without_nodes_own(_chosen(values, drive)))
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
 

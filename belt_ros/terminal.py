@@ -9,7 +9,7 @@ from rich.table import Table
 from belt_ros.mechanics import DriveError
 from belt_ros.mechanics.materials import BeltMaterial, SurfaceState
 from belt_ros.mechanics.materials.tables import tables
-from belt_ros.node.parameter_tables import ALL_PARAMETERS, WHILE_UNCONFIGURED
+from belt_ros.node_tables import ALL_PARAMETERS, WHILE_UNCONFIGURED
 from belt_ros.parameter_table import Parameter
 from belt_ros.rating import Rating
 from belt_ros.replay.summary import Extreme, FinalQuantity, Summary

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import belt_ros
 from belt_ros.cli import app
-from belt_ros.node.parameter_tables import ALL_PARAMETERS
+from belt_ros.node_tables import ALL_PARAMETERS
 
 CONFIG = Path(__file__).parents[1] / "config" / "paper_drive.yaml"
 
@@ -141,6 +141,34 @@ def test_check_of_a_massless_belt_knows_no_critical_speed(tmp_path):
 )
 def test_check_names_what_is_wrong(tmp_path, changes, patterns):
     assert_one_line(belt("check", config_with(tmp_path, **changes)), *patterns)
+
+
+def test_a_file_may_hold_every_parameter_that_the_node_takes(tmp_path):
+    given = yaml.safe_load(CONFIG.read_text())["/**"]["ros__parameters"]
+    defaults = {
+        name: parameter.default
+        for name, parameter in ALL_PARAMETERS.items()
+        if parameter.default is not None and name.partition(".")[0] not in given
+    }
+    path = tmp_path / "drive.yaml"
+    path.write_text(yaml.safe_dump({**given, **defaults, "use_sim_time": True}))
+    assert len(defaults) > 15
+    assert belt("check", path).exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "pattern"),
+    [
+        ({"input": "bogus"}, "input is 'bogus'; it must be one of"),
+        ({"input_depth": 0}, "input_depth is 0 messages"),
+        ({"state_period": -1.0}, "state_period is -1 s"),
+        ({"autostart": "maybe"}, "autostart is 'maybe'"),
+        ({"memory_perod": 5.0}, "did you mean memory_period"),
+        ({"longest_pol": 0.1}, "did you mean longest_pool"),
+    ],
+)
+def test_what_the_node_would_refuse_is_refused_by_all(tmp_path, changes, pattern):
+    assert_one_line(belt("check", config_with(tmp_path, **changes)), pattern)
 
 
 def test_parameters_lists_every_one():

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
 
-from belt_ros.drive_inputs import JOINT_STATE, InputKind, feeds
+from belt_ros.drive_inputs import JOINT_STATE, feeds
+from belt_ros.node_tables import InputKind
 from belt_ros.replay.contents import Contents
 from belt_ros.replay.discovery import find_joint_states
 from belt_ros.settings import DriveSettings

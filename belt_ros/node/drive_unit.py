@@ -19,11 +19,11 @@ from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejectio
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node import services
 from belt_ros.node.conversions import alarm_message
+from belt_ros.node.descriptions import DriveDescription, UnitSettings
 from belt_ros.node.diagnostics import memory_status
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.memory import Memory
-from belt_ros.node.parameter_tables import DriveDescription, UnitSettings
 from belt_ros.node.pipeline import Pipeline
 from belt_ros.node.topic_hub import TopicHub
 from belt_ros.settings import DriveSettings

@@ -14,7 +14,6 @@ from belt_ros.drive_inputs import (
     JOINT_STATE,
     PULLEY_STATE,
     Feed,
-    InputKind,
     feeds,
     stamp_of,
 )
@@ -23,6 +22,7 @@ from belt_ros.estimation.assembler import Assembler, Dropped
 from belt_ros.estimation.joint_readings import JointReadings
 from belt_ros.node.conversions import nanoseconds
 from belt_ros.node.topic_hub import TopicHub
+from belt_ros.node_tables import InputKind
 
 Take = Callable[[Measurement | Rejection, str, int], None]
 Heard = Callable[[str, int | None], None]

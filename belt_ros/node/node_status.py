@@ -1,7 +1,7 @@
 """The node's own row of diagnostics: what all its inputs bring, and what they cost (REP-107)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
@@ -67,27 +67,32 @@ def _judge(
     silent = sum(report.silent for report in reports)
     if silent == len(reports):
         return DiagnosticStatus.STALE, "no drive sends anything: see the rows of the inputs"
-    if pooled > 0.0:
-        return (
-            DiagnosticStatus.WARN,
-            f"the processor is short: measurements are averaged over {pooled:.2f} s. Lower the "
-            "input's rate, or divide the drives between several nodes",
-        )
-    if busy > _BUSY:
-        return (
-            DiagnosticStatus.WARN,
-            f"estimation takes {busy:.0%} of the time: lower the input's rate, or divide the "
-            "drives between several nodes",
-        )
-    if latency > _LATE:
-        return (
-            DiagnosticStatus.WARN,
-            f"messages are {latency:.2f} s old when they arrive: check the clocks of sender and "
-            "receiver, and the load of this machine",
-        )
+    trouble = list(_short_of_time(busy, latency, pooled))
+    if silent:
+        trouble.append(f"{silent} silent")
     rejected = sum(sum(report.rejected) for report in reports)
+    if rejected:
+        trouble.append(f"{rejected} measurements rejected")
     count = f"{len(reports)} drives" if len(reports) != 1 else "1 drive"
-    level = DiagnosticStatus.WARN if silent or rejected else DiagnosticStatus.OK
-    trouble = [f"{silent} silent"] if silent else []
-    trouble += [f"{rejected} measurements rejected"] if rejected else []
-    return level, ", ".join([count, *trouble])
+    return (
+        DiagnosticStatus.WARN if trouble else DiagnosticStatus.OK,
+        "; ".join([count, *trouble]),
+    )
+
+
+def _short_of_time(busy: float, latency: float, pooled: float) -> Iterator[str]:
+    if pooled:
+        yield (
+            f"the processor is short, measurements are averaged over up to {pooled:.2f} s: lower "
+            "the input's rate, or divide the drives between several nodes"
+        )
+    elif busy > _BUSY:
+        yield (
+            f"estimation takes {busy:.0%} of the time: lower the input's rate, or divide the "
+            "drives between several nodes"
+        )
+    if latency > _LATE + pooled:
+        yield (
+            f"messages are {latency:.2f} s old when they arrive: check the clocks of sender and "
+            "receiver, and the load of this machine"
+        )

@@ -16,20 +16,18 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from belt_ros.drive_inputs import InputKind
-from belt_ros.node.parameter_tables import (
+from belt_ros.node.descriptions import DriveDescription, NodeSettings, UnitSettings
+from belt_ros.node_tables import (
     DRIVE_PARAMETERS,
     NODE_PARAMETERS,
+    OF_EVERY_NODE,
     UNIT_PARAMETERS,
     WHILE_UNCONFIGURED,
-    DriveDescription,
-    NodeSettings,
-    UnitSettings,
+    InputKind,
 )
 from belt_ros.parameter_table import PARAMETERS, Parameter, SettingsError
 from belt_ros.settings import names_of_drives, settings_from_parameters
 
-_OF_EVERY_NODE = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 _PRIOR = "prior."
 _GROUPS = {name.partition(".")[0] for name in PARAMETERS if "." in name}
 
@@ -122,7 +120,7 @@ def foreign_parameters(node: Node) -> list[str]:
     for name in node.get_parameters_by_prefix(""):
         prefix = next((p for p in prefixes if p and name.startswith(p)), "")
         local = name.removeprefix(prefix)
-        if local in DRIVE_PARAMETERS or name in NODE_PARAMETERS or name.startswith(_OF_EVERY_NODE):
+        if local in DRIVE_PARAMETERS or name in NODE_PARAMETERS or name.startswith(OF_EVERY_NODE):
             continue
         near = difflib.get_close_matches(local, NODE_PARAMETERS | DRIVE_PARAMETERS, n=1, cutoff=0.8)
         if near or prefix or local.partition(".")[0] in _GROUPS:

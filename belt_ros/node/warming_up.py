@@ -1,12 +1,13 @@
 """Compile what a drive may need before it needs it: some of it takes seconds, and not at once."""
 
+import dataclasses
 import math
 import time
 from collections.abc import Iterator
 
 import numpy as np
 
-from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement
+from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement, SensorLimits
 from belt_ros.estimation.belt_filter import MERGE_AXES
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.overload import Capacity
@@ -23,7 +24,8 @@ _SHARE = 0.1  # of a probability
 def warm_up(settings: DriveSettings) -> float:
     """Run a drive with all sensors that there are; return the seconds it took."""
     began = time.monotonic()
-    monitor = settings.monitor()
+    # With limits of its own: those of the drive may turn this measurement or that away.
+    monitor = dataclasses.replace(settings, limits=SensorLimits()).monitor()
     for measurement in _measurements(settings.prior.tension):
         monitor.step(measurement)
     monitor.gross_slip_probability_at(monitor.load_at_probability(_SHARE))

@@ -9,8 +9,9 @@ import dataclasses
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from belt_ros.drive_inputs import JOINT_STATE, Feed, InputKind, InputSettings, feeds
+from belt_ros.drive_inputs import JOINT_STATE, Feed, InputSettings, feeds
 from belt_ros.estimation import Joint
+from belt_ros.node_tables import InputKind
 from belt_ros.replay.contents import Contents
 from belt_ros.replay.errors import BagError
 

@@ -9,7 +9,6 @@ from belt_ros.drive_inputs import (
     FLOAT64,
     JOINT_STATE,
     PULLEY_STATE,
-    InputKind,
     InputSettings,
     feeds,
     stamp_of,
@@ -17,6 +16,7 @@ from belt_ros.drive_inputs import (
 from belt_ros.estimation import Measurement, Rejection
 from belt_ros.estimation.assembler import Assembler, Dropped
 from belt_ros.estimation.joint_readings import JointReadings
+from belt_ros.node_tables import InputKind
 from belt_ros.replay.contents import Contents
 from belt_ros.replay.discovery import find_inputs, joints_on
 from belt_ros.settings import DriveSettings

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from belt_ros.drive_inputs import InputKind
 from belt_ros.mechanics import DriveError, Tensioning
 from belt_ros.mechanics.materials import BELTS, LAGGINGS, SurfaceState, belt_material
+from belt_ros.node_tables import InputKind
 from belt_ros.parameter_table import SettingsError
 
 Answer = float | str | bool | None

@@ -4,10 +4,10 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from belt_ros.drive_inputs import InputKind
 from belt_ros.mechanics import Belt, BeltDrive, crossed_drive, open_drive, torque_capacity
 from belt_ros.mechanics.drive import Tensioning
 from belt_ros.mechanics.materials import BeltMaterial, SurfaceState, belt_material
+from belt_ros.node_tables import InputKind
 from belt_ros.starter.answers import MOTOR_CURRENT, Answers, needs
 
 _SIGMAS = 2.0  # of a tolerance

@@ -7,7 +7,7 @@ import yaml
 from belt_ros.mechanics import DriveError
 from belt_ros.parameter_table import SettingsError
 from belt_ros.rating import rate
-from belt_ros.settings import NODE_ONLY, settings_from_parameters
+from belt_ros.settings import settings_from_parameters, without_nodes_own
 from belt_ros.starter.answers import Answers
 from belt_ros.starter.entries import Entry, entries
 from belt_ros.yaml_text import yaml_number
@@ -40,10 +40,8 @@ def drive_yaml(answers: Answers) -> str:
 
 def _check(lines: Sequence[Entry]) -> None:
     """Raise unless `belt check` would be content."""
-    values: dict[str, object] = {
-        line.name: line.value for line in lines if not line.name.startswith(NODE_ONLY)
-    }
-    rate(settings_from_parameters(values))
+    values: dict[str, object] = {line.name: line.value for line in lines}
+    rate(settings_from_parameters(without_nodes_own(values)))
 
 
 def _head(answers: Answers) -> list[str]:

@@ -1,5 +1,6 @@
 """Many drives in one process, by one joint state of all joints: what it costs, if it keeps up."""
 
+import math
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,7 +18,6 @@ from benchmarks.graph.rate import WARM_UP, answered_together
 from benchmarks.graph.signals import loaded
 
 _Floats = NDArray[np.float64]
-_NONE = np.full(1, np.nan)
 _LATE = 0.1  # [s] by which the slowest hundredth may be late
 
 
@@ -42,7 +42,8 @@ class Drives(NamedTuple):
     @property
     def unused(self) -> int:
         """Measurements that are in no state, beside those that wait for others to be pooled."""
-        waiting = round(self.pooled * self.rate) * self.drives
+        span = self.pooled if math.isfinite(self.pooled) else 0.0
+        waiting = round(span * self.rate) * self.drives
         return max(self.sent - self.used - waiting, 0)
 
 
@@ -91,7 +92,7 @@ def run_drives(
         sent=(warm.ticks + run.ticks) * count,
         used=sum(int(each.state(-1).accepted_count) for each in heard if each.messages),
         states=sum(np.unique(each.stamps).size for each in counted),
-        pooled=float(np.median(np.concatenate([_apart(each) for each in ending] or [_NONE]))),
+        pooled=float(np.median(_all([_apart(each) for each in ending]))),
         p50=p50,
         p99=p99,
         longest=longest,
@@ -112,8 +113,13 @@ def _microseconds(heard: list[Heard], rate: float) -> _Floats:
         (each.arrivals[1:] - each.stamps[1:]) * 1e-9 - 0.5 * (_apart(each) - 1.0 / rate)
         for each in heard
     ]
-    found = np.concatenate(delays) * 1e6
-    return found if found.size else _NONE
+    return _all(delays) * 1e6
+
+
+def _all(parts: list[_Floats]) -> _Floats:
+    """Return all numbers; NaN where there are none."""
+    found = np.concatenate(parts)
+    return found if found.size else np.full(1, np.nan)
 
 
 def drives_verdicts(rows: list[Drives]) -> list[str]:

@@ -47,7 +47,9 @@ def run_latency(
     together = answered_together(settings, rate)
     turns = _WARM + max(round(seconds / BLOCK), 1)
     with bench() as place:
-        node = place.start_node(params, input_reliability="reliable", input_depth=depth)
+        node = place.start_node(
+            params, input_reliability="reliable", input_depth=depth, longest_pool=0.0
+        )
         other = place.start_relay(depth)
         pair = (
             Block((INPUT,), rate, BLOCK, node.pid),

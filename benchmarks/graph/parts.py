@@ -38,8 +38,9 @@ PARTS = {
             "drives",
             "Many drives in one process",
             f"{_PROCESSES}All joints come in one joint state, each drive at another point of the "
-            "load's cycle. Measurements that cannot be followed are averaged (`longest_pool`): one "
-            "state is then of several, of which the last counts for the delay. "
+            "load's cycle. Measurements that cannot be followed are averaged (`longest_pool`): a "
+            "state is then of several, of which the last counts for the delay; those that wait for "
+            "the next state at the end are not missed. "
             f"The first {rate.WARM_UP:g} s do not count.",
             drives.Drives,
             drives.drives_verdicts,

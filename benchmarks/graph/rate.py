@@ -53,7 +53,9 @@ def run_rate(
     cycle = loaded(settings, rate)
     together = answered_together(settings, rate)
     with bench() as place:
-        node = place.start_node(params, input_reliability="reliable", input_depth=depth)
+        node = place.start_node(
+            params, input_reliability="reliable", input_depth=depth, longest_pool=0.0
+        )
         counts = Block((INPUT,), rate, seconds, node.pid)
         blocks = (counts._replace(seconds=warm_up, pause=0.0), counts)
         plan = Plan(cycle.joints, cycle.save(place.folder), blocks)

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from belt_ros.drive_inputs import InputKind
 from belt_ros.estimation import Rejection
+from belt_ros.node_tables import InputKind
 from benchmarks.estimation.judged import SOURCES
 from benchmarks.estimation.store import Format, number
 from benchmarks.hostile.drives import BASES, hostile_settings

@@ -9,7 +9,6 @@ import numpy as np
 from belt_msgs.msg import BeltState
 from rclpy.serialization import deserialize_message, serialize_message
 
-from belt_ros.drive_inputs import InputKind
 from belt_ros.estimation import (
     BeltEstimate,
     Learned,
@@ -24,6 +23,7 @@ from belt_ros.node.conversions import alarm_message
 from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.node.topic_hub import Listener, TopicHub
+from belt_ros.node_tables import InputKind
 from belt_ros.settings import DriveSettings
 from belt_ros.state_bytes import StateBytes
 from benchmarks.hostile.checks import Ledger, check_message, check_row

@@ -85,6 +85,8 @@ def test_drives_that_lag_or_miss_states_are_told() -> None:
     assert refused(drives.drives_verdicts([DRIVES])) == 0
     assert refused(drives.drives_verdicts([DRIVES._replace(used=4900)])) == 1
     assert refused(drives.drives_verdicts([DRIVES._replace(p99=2e5)])) == 1
+    behind = DRIVES._replace(pooled=float("nan"), p99=float("nan"))
+    assert refused(drives.drives_verdicts([behind])) == 1
 
 
 def test_a_node_that_nobody_heard_after_a_kill_is_a_miss() -> None:

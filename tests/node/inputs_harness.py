@@ -14,7 +14,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from belt_ros.estimation import Joint, Measurement, Rejection, measurement_from_joints
-from belt_ros.node.inputs import DriveInputs, InputKind, TopicHub
+from belt_ros.node.inputs import DriveInputs, TopicHub
+from belt_ros.node_tables import InputKind
 
 NAN = math.nan
 DRIVER = Joint(NAMES[0], gear_ratio=2.0, torque_scale=0.5)

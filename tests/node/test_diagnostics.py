@@ -155,7 +155,7 @@ def test_the_nodes_row_knows_slow_input_from_silence() -> None:
     row = node_status("belt_node", [slow, report()])
     assert (row.level, row.message) == (DiagnosticStatus.OK, "2 drives")
     row = node_status("belt_node", [report(received=0, silence=5.1, silent=True), report()])
-    assert (row.level, row.message) == (DiagnosticStatus.WARN, "2 drives, 1 silent")
+    assert (row.level, row.message) == (DiagnosticStatus.WARN, "2 drives; 1 silent")
     assert node_status("belt_node", [slow]).level == DiagnosticStatus.OK
 
 
@@ -170,11 +170,18 @@ def test_the_nodes_row_counts_what_was_rejected_in_the_period() -> None:
 def test_the_nodes_row_tells_that_it_pools_for_want_of_processor() -> None:
     row = node_status("belt_node", [report(), report()], pooled=0.0667)
     assert row.level == DiagnosticStatus.WARN
-    assert "averaged over 0.07 s" in row.message
+    assert "averaged over up to 0.07 s" in row.message
     values = {pair.key: pair.value for pair in row.values}
     assert values["pooled for want of processor [s]"] == "0.0667"
     values = {pair.key: pair.value for pair in node_status("belt_node", [report()]).values}
     assert values["pooled for want of processor [s]"] == "0"
+
+
+def test_what_else_is_wrong_is_told_beside_the_pooling() -> None:
+    behind = report(latency_mean=2.0, rejected=rejected(Rejection.GATED, 5))
+    row = node_status("belt_node", [behind, report(silent=True)], pooled=0.2)
+    for part in ("averaged over up to 0.20 s", "s old when they arrive", "1 silent", "5 meas"):
+        assert part in row.message
 
 
 def test_messages_that_are_missing_by_their_stamps_are_told_once_for_each_topic() -> None:

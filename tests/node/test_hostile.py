@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
 from belt_ros.estimation import Measurement, Rejection, SensorLimits
-from belt_ros.node.parameter_tables import InputKind
+from belt_ros.node_tables import InputKind
 from belt_ros.settings import load_settings
 from benchmarks.hostile.block import CASES, FORM, run_messages
 from benchmarks.hostile.checks import BrokenPromiseError, Ledger, check_message

@@ -15,8 +15,9 @@ from std_msgs.msg import Float64
 
 from belt_ros.estimation import Measurement, Rejection
 from belt_ros.node.input_meter import InputMeter
-from belt_ros.node.inputs import DriveInputs, InputKind
+from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.source_meter import clock_skew
+from belt_ros.node_tables import InputKind
 
 pytestmark = pytest.mark.ros
 

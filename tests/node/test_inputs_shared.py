@@ -12,7 +12,8 @@ from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import JointState
 
-from belt_ros.node.inputs import InputKind, TopicHub
+from belt_ros.node.inputs import TopicHub
+from belt_ros.node_tables import InputKind
 from belt_ros.settings import SettingsError
 
 pytestmark = pytest.mark.ros

@@ -4,6 +4,8 @@ import itertools
 from collections import deque
 from collections.abc import Callable
 
+import pytest
+
 from belt_ros.node.keeping_up import KeepingUp
 
 TICK = 0.1  # [s] between two calls of the timer
@@ -94,12 +96,36 @@ def test_it_returns_to_every_measurement_once_there_is_time_for_it() -> None:
     assert all(10.0 <= b - a < 11.0 for a, b in itertools.pairwise(went_down))
 
 
-def test_less_that_was_too_little_is_tried_ever_less_often() -> None:
+@pytest.mark.parametrize("each", [0.0091, 0.0095, 0.015, 0.017, 0.03, 0.045, 0.06])
+def test_less_that_was_too_little_is_tried_ever_less_often(each: float) -> None:
     queue = Queue(KeepingUp(TICK, LONGEST))
-    queue.run(3600.0, stepping(0.03))  # a third of the longest suffices, a ninth does not
-    tries = [when for when, period in queue.changes if 0.0 < period < 0.03]
-    assert 4 <= len(tries) <= 12  # patience ends at ten minutes
-    assert sum(wait > 0.3 for wait in queue.waits) < 0.01 * len(queue.waits)
+    queue.run(3600.0, stepping(each))
+    begins = [
+        when
+        for (_, before), (when, period) in itertools.pairwise([(0.0, 0.0), *queue.changes])
+        if period > before == 0.0
+    ]
+    assert len(queue.changes) <= 40
+    assert 1 <= len(begins) <= 12  # so often is a warning logged
+    assert sum(wait > 0.5 for wait in queue.waits) < 0.01 * len(queue.waits)
+
+
+def test_a_file_that_is_written_now_and_then_does_not_keep_it_from_going_back() -> None:
+    queue = Queue(KeepingUp(TICK, LONGEST))
+    queue.run(5.0, stepping(0.06))
+    for _ in range(10):
+        queue.run(10.0, stepping(0.002), stop=0.3)
+    assert queue.keeping_up.pool_period == 0.0
+
+
+def test_a_machine_that_pauses_goes_on_as_it_was() -> None:
+    keeping_up = KeepingUp(TICK, LONGEST)
+    queue = Queue(keeping_up)
+    queue.run(5.0, stepping(0.06))
+    pooled = keeping_up.pool_period
+    for tick in range(3000):
+        assert not keeping_up.timer(queue.now + TICK * tick)
+    assert keeping_up.pool_period == pooled > 0.0
 
 
 def test_where_it_may_not_pool_it_does_not() -> None:

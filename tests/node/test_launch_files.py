@@ -146,7 +146,7 @@ def test_the_rig_is_given_parameters_that_it_has() -> None:
 
 
 def test_the_node_is_given_parameters_that_it_has() -> None:
-    from belt_ros.node.parameter_tables import DRIVE_PARAMETERS, NODE_PARAMETERS  # noqa: PLC0415
+    from belt_ros.node_tables import DRIVE_PARAMETERS, NODE_PARAMETERS  # noqa: PLC0415
 
     replay = ast.parse((ROOT / "launch_scripts" / "replay_bag.launch.py").read_text())
     given = {

@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState
 
 from belt_ros.node import pipeline
 from belt_ros.node.belt_node import BeltNode
-from belt_ros.node.parameter_tables import DRIVE_PARAMETERS, NODE_PARAMETERS
+from belt_ros.node_tables import DRIVE_PARAMETERS, NODE_PARAMETERS
 from belt_ros.settings import read_parameters
 
 MakeNode = Callable[..., BeltNode]

@@ -130,3 +130,11 @@ def test_a_run_that_begins_pools_as_the_drive_asks() -> None:
     pipeline.pool(0.1)
     pipeline.begin()
     assert states_of(pipeline, range(1, 41)) == 40
+
+
+def test_a_drive_pools_over_no_more_than_half_its_greatest_gap() -> None:
+    """Means farther apart than that gap would be taken for jumps of time, and be rejected."""
+    settings = load_settings(PAPER_DRIVE, {"limits.greatest_gap": 0.1})
+    pipeline = Pipeline("node", ("/joint_states",), settings)
+    pipeline.pool(0.2)
+    assert states_of(pipeline, range(1, 200)) >= 39

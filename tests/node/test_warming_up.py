@@ -24,7 +24,8 @@ def compiled():
     }
 
 settings = load_settings(Path(sys.argv[1]))
-warm_up(settings)
+odd = {"limits.greatest_speed": 0.5, "limits.greatest_gap": 0.01, "limits.pool_period": 1.0}
+warm_up(load_settings(Path(sys.argv[1]), odd))
 before = compiled()
 narrow = dataclasses.replace(settings.prior, tension_stddev=1.0, friction_stiffness_decades=0.01)
 for told in (settings, dataclasses.replace(settings, prior=narrow)):

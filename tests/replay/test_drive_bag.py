@@ -10,7 +10,8 @@ from reading import measured, read
 from recordings import TYPES, float64, numbers, pulleys, record
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from belt_ros.drive_inputs import InputKind, InputSettings, load_inputs
+from belt_ros.drive_inputs import InputSettings, load_inputs
+from belt_ros.node_tables import InputKind
 from belt_ros.parameter_table import SettingsError
 from belt_ros.replay import BagError, replay
 from belt_ros.replay.drive_bag import DriveBag

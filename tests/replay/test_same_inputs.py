@@ -14,8 +14,9 @@ from reading import read
 from recordings import JOINT_STATE, TYPES, float64, pulley_state, record
 from rosbags.rosbag2 import Reader
 
-from belt_ros.drive_inputs import InputKind, InputSettings
+from belt_ros.drive_inputs import InputSettings
 from belt_ros.estimation import Joint, Measurement, Rejection
+from belt_ros.node_tables import InputKind
 
 pytest.importorskip("belt_msgs")
 pytest.importorskip("rclpy")

@@ -1,13 +1,21 @@
-"""What a node has of parameters beside those of a drive, and what is made of them. No ROS."""
+"""The tables of what a node has of parameters beside those of its drives' mechanics and sensors.
+
+The same file describes a drive and holds these, so whoever reads it checks them all.
+"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from pathlib import Path
+from enum import Enum
 from typing import Any
 
-from belt_ros.drive_inputs import INPUT_PARAMETERS, InputKind
 from belt_ros.parameter_table import PARAMETERS, Parameter, SettingsError
-from belt_ros.settings import DriveSettings
+
+
+class InputKind(str, Enum):
+    """What speeds and torques come as."""
+
+    JOINT_STATE = "joint_state"
+    PULLEY_STATE = "pulley_state"
+    FLOAT64 = "float64"
 
 
 class _Switch(Parameter):
@@ -47,10 +55,10 @@ def _node_table() -> Iterator[Parameter]:
         "longest_pool",
         0.2,
         "over which measurements are averaged at most while the node cannot follow its input for "
-        "want of processor; 0: never, then it falls behind",
+        "want of processor, so that alarms are as much later; 0: never, then it falls behind",
         "s",
         0.0,
-        1.0,
+        0.2,
     )
     yield Parameter("diagnostics_period", 1.0, "between two /diagnostics", "s", 0.05, 60.0)
     yield _Switch(
@@ -62,7 +70,39 @@ def _node_table() -> Iterator[Parameter]:
 
 
 def _unit_table() -> Iterator[Parameter]:
-    yield from INPUT_PARAMETERS.values()
+    yield Parameter(
+        "input",
+        InputKind.JOINT_STATE.value,
+        "what speeds and torques come as: one joint_states; driver/state and driven/state "
+        "(belt_msgs/PulleyState); or driver/speed, driver/torque, driver/position and the same of "
+        "driven (std_msgs/Float64)",
+        choices=tuple(kind.value for kind in InputKind),
+    )
+    yield Parameter(
+        "input_reorder_window",
+        0.05,
+        "how long a message waits at most for what other topics say of the same time; joint_states "
+        "alone waits for nothing",
+        "s",
+        0.0,
+        10.0,
+    )
+    yield Parameter(
+        "input_disorder",
+        0.0,
+        "how much older than the newest of its own topic a message may come; all wait that long",
+        "s",
+        0.0,
+        10.0,
+    )
+    yield Parameter(
+        "input_slop",
+        0.001,
+        "stamps of different topics that differ by no more than this are one measurement",
+        "s",
+        0.0,
+        1.0,
+    )
     yield Parameter(
         "input_skew",
         0.02,
@@ -99,38 +139,5 @@ UNIT_PARAMETERS: dict[str, Parameter] = {parameter.name: parameter for parameter
 DRIVE_PARAMETERS = PARAMETERS | UNIT_PARAMETERS
 WHILE_UNCONFIGURED = ("memory_file",)
 ALL_PARAMETERS = DRIVE_PARAMETERS | NODE_PARAMETERS
-
-
-@dataclass(frozen=True)
-class NodeSettings:
-    """What concerns the node rather than its drives."""
-
-    autostart: bool
-    input_reliability: str
-    input_depth: int
-    longest_pool: float
-    diagnostics_period: float
-    use_memory: bool
-    memory_period: float
-
-
-@dataclass(frozen=True)
-class UnitSettings:
-    """How one drive is connected. `memory_file` is absolute; None: no memory."""
-
-    input: InputKind
-    input_reorder_window: float
-    input_disorder: float
-    input_slop: float
-    input_skew: float
-    input_loads: bool
-    state_period: float
-    memory_file: Path | None
-
-
-@dataclass(frozen=True)
-class DriveDescription:
-    """One drive: its settings, and how it is connected."""
-
-    drive: DriveSettings
-    unit: UnitSettings
+OF_EVERY_NODE = ("use_sim_time", "qos_overrides.", "start_type_description_service")
+"""What names of parameters begin with that rclpy gives to every node."""

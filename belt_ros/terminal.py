@@ -79,9 +79,9 @@ def _summary_lines(summary: Summary) -> list[str]:
     lines.append(f"greatest slip {_extreme(summary.greatest_slip)}")
     lines.append(f"greatest slip beyond creep {_extreme(summary.greatest_excess_slip)}")
     lines.append(f"phases: {_shares(summary.time_in_phase)}")
-    if summary.alarms_raised:
+    if summary.alarms:
         lines.append(
-            f"alarms: {summary.alarms_raised} raised, worst {summary.worst_severity}; "
+            f"alarms: {len(summary.alarms)} raised, worst {summary.worst_severity}; "
             f"{_shares(summary.time_in_severity)}"
         )
     else:

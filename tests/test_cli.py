@@ -12,7 +12,9 @@ import belt_ros
 from belt_ros.cli import app
 from belt_ros.node_tables import ALL_PARAMETERS
 
-CONFIG = Path(__file__).parents[1] / "config" / "paper_drive.yaml"
+ROOT = Path(__file__).parents[1]
+CONFIG = ROOT / "config" / "paper_drive.yaml"
+SEVERAL = ROOT / "config" / "several_drives.yaml"
 
 
 def belt(*words):
@@ -271,6 +273,66 @@ def test_finite_elements_are_not_played_live(tmp_path):
     result = belt("rig", "--config", CONFIG, "--scenario", scenario, "--finite-elements")
     assert result.exit_code == 2
     assert "give --bag" in result.stderr
+
+
+def test_check_says_it_of_each_of_several_drives():
+    result = belt("check", SEVERAL)
+    assert result.exit_code == 0, result.output
+    for name in ("infeed", "outfeed", "lift"):
+        assert name in result.stdout
+
+
+def test_of_several_drives_the_rig_writes_the_bag_of_the_one_that_is_named(tmp_path):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("{duration: 0.2, speed: [[0.0, 20.0]]}")
+    words = ("rig", "--config", SEVERAL, "--scenario", scenario, "--bag", tmp_path / "bag")
+    assert_one_line(belt(*words), "name one of infeed, outfeed, lift")
+    result = belt(*words, "--drive", "outfeed")
+    assert result.exit_code == 0, result.output
+
+
+@pytest.mark.parametrize(
+    ("more", "pattern"),
+    [
+        (("--bga", "out"), "--bga"),
+        (("--bag", "out", "--ros-args", "-p", "output:=float64"), "--ros-args"),
+        (("--drive", "outfeed"), "give --bag"),
+    ],
+)
+def test_what_the_rig_cannot_take_is_refused(tmp_path, more, pattern):
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("{duration: 0.2}")
+    result = belt("rig", "--config", SEVERAL, "--scenario", scenario, *more)
+    assert result.exit_code == 2
+    assert pattern in result.stderr
+
+
+def test_units_are_in_the_help():
+    """Rich takes what stands in square brackets for markup."""
+    written = "".join(path.read_text() for path in (ROOT / "belt_ros" / "cli").glob("*.py"))
+    assert not re.findall(r'help="[^"]*\[[a-z][^"]*"', written)
+    shown = " ".join(re.sub("[│╭╮╰╯─]", " ", belt("init", "--help").stdout).split())
+    assert shown.count("inertia (kg m2)") == 2
+    assert "pulley (m)" in shown
+
+
+def test_a_belt_that_changed_meanwhile_is_not_written_as_identified(tmp_path):
+    demo = ROOT / "config" / "demo_drive.yaml"  # whose scenario takes 40 % of the tension away
+    script = ROOT / "config" / "scenarios" / "demo.yaml"
+    made = belt("rig", "--config", demo, "--scenario", script, "--bag", tmp_path / "bag")
+    assert made.exit_code == 0, made.output
+    words = ("identify", tmp_path / "bag", "--config", demo, "--out", tmp_path / "found.yaml")
+    assert_one_line(belt(*words), "not written: the model does not fit")
+    assert not (tmp_path / "found.yaml").exists()
+    assert belt(*words, "--force").exit_code == 0
+    assert belt("check", tmp_path / "found.yaml").exit_code == 0
+
+
+def test_a_fleet_with_a_bag_that_failed_says_so_by_its_exit_code(bag, tmp_path):
+    other = ROOT / "config" / "conveyor_drive.yaml"
+    words = ("fleet", bag, "--out", tmp_path / "out", "--workers", "1", "--config")
+    failed = belt(*words, other)
+    assert (failed.exit_code, "1 failed" in failed.stdout) == (1, True), failed.output
 
 
 def test_figures_are_drawn_one_by_one_and_named(tmp_path):

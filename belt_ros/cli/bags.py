@@ -100,7 +100,10 @@ def identify(
     wide: Annotated[
         bool, typer.Option("--wide", help="Start from wide priors, not from those of the YAML.")
     ] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace the file at --out.")] = False,
+    force: Annotated[
+        bool,
+        typer.Option("--force", help="Replace the file at --out; write it also if nothing fits."),
+    ] = False,
 ) -> None:
     """Find kf, friction, tension and radius ratio in a bag with loads, each with its interval."""
     with errors_in_one_line():
@@ -124,6 +127,11 @@ def identify(
             wide=wide,
         )
         print_identified(found)
+        if out is not None and not found.goodness.fits and not force:
+            raise SettingsError(
+                f"{out} not written: the model does not fit these loads, so that no interval is to "
+                "be believed; give a part of the bag in which nothing changed, or --force"
+            )
         if out is not None:
             write_identified(config, out, found, settings, drive)
             typer.echo(f"written to {out}")
@@ -194,3 +202,5 @@ def fleet(
             f"{result.done} worked on, {result.skipped} done before, {result.failed} failed: "
             f"{out / 'fleet.html'}"
         )
+    if result.failed:
+        raise typer.Exit(1)

@@ -19,19 +19,21 @@ def init(
     out: Annotated[Path, typer.Argument(help="YAML to write.")] = Path("drive.yaml"),
     name: Annotated[str | None, typer.Option(help="Name of the drive in messages.")] = None,
     driver_radius: Annotated[
-        float | None, typer.Option(help="Radius of the driver, to the belt's neutral line [m].")
+        float | None, typer.Option(help="Radius of the driver, to the belt's neutral line (m).")
     ] = None,
     driven_radius: Annotated[
-        float | None, typer.Option(help="Radius of the driven pulley [m].")
+        float | None, typer.Option(help="Radius of the driven pulley (m).")
     ] = None,
-    centre_distance: Annotated[float | None, typer.Option(help="Of the shafts [m].")] = None,
+    centre_distance: Annotated[float | None, typer.Option(help="Of the shafts (m).")] = None,
     crossed: Annotated[bool, typer.Option("--crossed", help="The belt crosses itself.")] = False,
     belt: Annotated[str | None, typer.Option(help="Belt; see `belt materials`.")] = None,
     size: Annotated[
-        float | None, typer.Option(help="Width or diameter [m], or number of ribs or belts.")
+        float | None, typer.Option(help="Width or diameter (m), or number of ribs or belts.")
     ] = None,
-    axial_stiffness: Annotated[float | None, typer.Option(help="EA [N], if known.")] = None,
-    mass_per_length: Annotated[float | None, typer.Option(help="[kg/m], if known.")] = None,
+    axial_stiffness: Annotated[float | None, typer.Option(help="EA (N), if known.")] = None,
+    mass_per_length: Annotated[
+        float | None, typer.Option(help="Of the belt (kg/m), if known.")
+    ] = None,
     driven_surface: Annotated[
         str | None, typer.Option(help="Lagging; see `belt materials laggings`.")
     ] = None,
@@ -46,12 +48,12 @@ def init(
             help="constant_mean, constant_slack, constant_hub_load or fixed_centres (default)."
         ),
     ] = None,
-    tension: Annotated[float | None, typer.Option(help="As installed [N].")] = None,
-    tension_tolerance: Annotated[float | None, typer.Option(help="+/- [N], 19 of 20.")] = None,
-    driver_inertia: Annotated[float | None, typer.Option(help="[kg m2]")] = None,
-    driver_mass: Annotated[float | None, typer.Option(help="Of a disc instead [kg].")] = None,
-    driven_inertia: Annotated[float | None, typer.Option(help="[kg m2]")] = None,
-    driven_mass: Annotated[float | None, typer.Option(help="Of a disc instead [kg].")] = None,
+    tension: Annotated[float | None, typer.Option(help="As installed (N).")] = None,
+    tension_tolerance: Annotated[float | None, typer.Option(help="+/- (N), 19 of 20.")] = None,
+    driver_inertia: Annotated[float | None, typer.Option(help="Moment of inertia (kg m2).")] = None,
+    driver_mass: Annotated[float | None, typer.Option(help="Of a disc instead (kg).")] = None,
+    driven_inertia: Annotated[float | None, typer.Option(help="Moment of inertia (kg m2).")] = None,
+    driven_mass: Annotated[float | None, typer.Option(help="Of a disc instead (kg).")] = None,
     kind: Annotated[
         str | None, typer.Option("--input", help="joint_state, pulley_state or float64.")
     ] = None,
@@ -75,7 +77,7 @@ def init(
     driven_counts: Annotated[
         float | None, typer.Option(help="Encoder counts per turn of the joint.")
     ] = None,
-    sample_rate: Annotated[float | None, typer.Option(help="Readings per second [Hz].")] = None,
+    sample_rate: Annotated[float | None, typer.Option(help="Readings per second (Hz).")] = None,
     torque: Annotated[
         str | None, typer.Option(help="How the driver's is known: sensor or current.")
     ] = None,
@@ -117,14 +119,15 @@ def init(
 def check(
     config: Annotated[Path, typer.Argument(help="YAML that describes the drive.")],
 ) -> None:
-    """Check a drive's YAML, and say what the mechanics makes of it."""
+    """Check a YAML of one drive or several, and say what the mechanics makes of each."""
     with errors_in_one_line():
         from belt_ros.rating import rate
-        from belt_ros.settings import load_settings
+        from belt_ros.settings import load_settings, names_of_drives, read_parameters
         from belt_ros.terminal import print_rating
 
-        settings = load_settings(config)
-        print_rating(settings, rate(settings))
+        names = names_of_drives(read_parameters(config)) or ("",)
+        for settings in [load_settings(config, drive=name) for name in names]:
+            print_rating(settings, rate(settings))
 
 
 @app.command(epilog="Example: belt parameters --markdown > parameters.md")
@@ -161,12 +164,12 @@ def materials(
         str | None, typer.Option(help="Print this belt's figures as YAML for a drive instead.")
     ] = None,
     size: Annotated[
-        float | None, typer.Option(help="Its width or diameter [m], or number of ribs or belts.")
+        float | None, typer.Option(help="Its width or diameter (m), or number of ribs or belts.")
     ] = None,
     on: Annotated[str, typer.Option(help="What it runs on; see the table of laggings.")] = "steel",
     state: Annotated[str, typer.Option(help="dry, wet or dirty.")] = "dry",
     diameter: Annotated[
-        float | None, typer.Option(help="Datum diameter of a grooved pulley [m].")
+        float | None, typer.Option(help="Datum diameter of a grooved pulley (m).")
     ] = None,
 ) -> None:
     """List belts, laggings and grooves that can be named, or the figures of one belt."""

@@ -44,13 +44,21 @@ def node(context: typer.Context) -> None:
     raise typer.Exit(run_node(context.args))
 
 
-@app.command(epilog="Example: belt rig -c config/paper_drive.yaml -s config/scenarios/demo.yaml")
+@app.command(
+    context_settings=_PASS_ON,
+    epilog="Example: belt rig -c config/paper_drive.yaml -s config/scenarios/demo.yaml    (live, "
+    "with more after it: --ros-args -p output:=pulley_state)",
+)
 def rig(
+    context: typer.Context,
     config: Config,
     scenario: Annotated[Path, typer.Option("--scenario", "-s", help="YAML that scripts the run.")],
     bag: Annotated[
         Path | None, typer.Option(help="Write a bag as fast as it goes, instead of playing live.")
     ] = None,
+    drive: Annotated[
+        str, typer.Option(help="With --bag: which drive, where the YAML describes several.")
+    ] = "",
     finite_elements: Annotated[
         bool,
         typer.Option(
@@ -58,34 +66,54 @@ def rig(
         ),
     ] = False,
 ) -> None:
-    """Run a virtual drive, with faults on request: live on ROS 2 topics, or into a bag."""
-    if finite_elements and bag is None:
+    """Run a virtual drive, with faults on request: live on ROS 2 topics, or into a bag.
+
+    Live, what follows goes to the ROS 2 node, such as its parameters after --ros-args.
+    """
+    if context.args and (bag is not None or context.args[0] != "--ros-args"):
+        raise typer.BadParameter(
+            "unknown here; what is for the ROS 2 node follows --ros-args, without --bag",
+            param_hint=context.args[0],
+        )
+    if bag is not None:
+        with errors_in_one_line():
+            _write_bag(bag, config, scenario, drive, finite_elements=finite_elements)
+        return
+    if finite_elements:
         raise typer.BadParameter(
             "it is too slow to play live; give --bag", param_hint="--finite-elements"
         )
+    if drive:
+        raise typer.BadParameter("live, all drives run; give --bag", param_hint="--drive")
     with errors_in_one_line():
-        from belt_ros.rig import load_scenario, simulate, simulate_finite_elements
-        from belt_ros.settings import load_settings
+        from belt_ros.rig.fleet import load_fleet
 
-        settings = load_settings(config)
-        script = load_scenario(scenario, settings)
-        if bag is not None:
-            from belt_ros.rig.bag import write_bag
-
-            if finite_elements:
-                with progress_bar("simulating", quiet=False) as progress:
-                    samples = simulate_finite_elements(settings, script, progress=progress)
-            else:
-                samples = simulate(settings, script)
-            count = write_bag(bag, settings.name, samples)
-            typer.echo(f"{count} joint states written to {bag}")
-            return
+        load_fleet(config, scenario)
     need_ros()
     from belt_ros.rig.main import main as play
 
     files = {"config_file": config, "scenario_file": scenario}
     given = [f"{name}:={json.dumps(str(path))}" for name, path in files.items()]
-    raise typer.Exit(play(["--ros-args", *(word for text in given for word in ("-p", text))]))
+    words = ["--ros-args", *(word for text in given for word in ("-p", text)), "--"]
+    raise typer.Exit(play([*words, *context.args]))
+
+
+def _write_bag(
+    bag: Path, config: Path, scenario: Path, drive: str, *, finite_elements: bool
+) -> None:
+    from belt_ros.rig import load_scenario, simulate, simulate_finite_elements
+    from belt_ros.rig.bag import write_bag
+    from belt_ros.settings import load_settings
+
+    settings = load_settings(config, drive=drive)
+    script = load_scenario(scenario, settings)
+    if finite_elements:
+        with progress_bar("simulating", quiet=False) as progress:
+            samples = simulate_finite_elements(settings, script, progress=progress)
+    else:
+        samples = simulate(settings, script)
+    count = write_bag(bag, settings.name, samples)
+    typer.echo(f"{count} joint states written to {bag}")
 
 
 @app.command(epilog="Example: belt play my_bag --clock --rate 2 --remap /joint_states:=/old_joints")
@@ -103,7 +131,7 @@ def play(
         list[str] | None, typer.Option("--topics", help="Topic to play; may be repeated.")
     ] = None,
     wait: Annotated[
-        float, typer.Option(help="Wait for someone to listen, at most this long [s].")
+        float, typer.Option(help="Wait for someone to listen, at most this long (s).")
     ] = 5.0,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:

@@ -13,6 +13,7 @@ from belt_ros.identify.curve import Curve
 _Floats = NDArray[np.float64]
 QUANTITIES = ("tension", "friction_stiffness", "friction_coefficient", "ratio_bias")
 _SIGMAS_95 = 1.959964
+_UNLIKELY = 0.01
 _TOLD = 0.8  # of the prior's interval: wider than that, the data do not tell
 
 
@@ -69,6 +70,11 @@ class Goodness(NamedTuple):
     loads: int  # its expectation, if all is as assumed
     probability: float  # of a sum that large or larger
     scatter: float  # of points of one load, over that of the sensors' noise
+
+    @property
+    def fits(self) -> bool:
+        """Whether the model fits as well as chance allows; else no interval is to be believed."""
+        return self.probability >= _UNLIKELY
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,6 @@ from belt_ros.settings import DriveSettings
 
 _Floats = NDArray[np.float64]
 _FEWEST_LOADS = 2
-_UNLIKELY = 0.01
 _SCATTERED = 1.5  # from which on the sensors' noise is taken to be larger than told
 _FEW = 5  # blocks beside the first of their load, below which scatter says nothing
 _LEAST_RANGE = 0.02  # of pull, in prior tensions
@@ -233,7 +232,7 @@ def _capacity(model: SlipModel, fit: Fit, radius: float) -> Interval:
 
 
 def _misgivings(goodness: Goodness) -> Iterator[str]:
-    if goodness.probability < _UNLIKELY:
+    if not goodness.fits:
         yield (
             f"the model does not fit: the sum of squares is {goodness.squares:.3g} where about "
             f"{goodness.loads} is expected (chance {goodness.probability:.2g}); radii, torque "

@@ -62,11 +62,6 @@ class Listener:
         self, topics: list[str], drive: str = "paper_drive", **parameters: object
     ) -> dict[str, list[Any]]:
         """Play the scenario; return the messages of each topic."""
-        heard: dict[str, list[Any]] = defaultdict(list)
-        for topic in topics:
-            self._node.create_subscription(
-                kind_of(topic), topic, heard[topic].append, QoSProfile(depth=1000)
-            )
         given = {
             "config_file": self._root / "config" / f"{drive}.yaml",
             "scenario_file": self._scenario,
@@ -74,8 +69,23 @@ class Listener:
             **parameters,
         }
         arguments = [word for name, value in given.items() for word in ("-p", f"{name}:={value}")]
+        return self.listen(topics, "belt_ros.rig.main", "--ros-args", *arguments)
+
+    def command(self, topics: list[str], drive: str, *more: str) -> dict[str, list[Any]]:
+        """As `hear`, by `belt rig` with more words after its own."""
+        config = str(self._root / "config" / f"{drive}.yaml")
+        words = ("rig", "--config", config, "--scenario", str(self._scenario), *more)
+        return self.listen(topics, "belt_ros.cli", *words)
+
+    def listen(self, topics: list[str], *command: str) -> dict[str, list[Any]]:
+        """Run a module; return the messages of each topic."""
+        heard: dict[str, list[Any]] = defaultdict(list)
+        for topic in topics:
+            self._node.create_subscription(
+                kind_of(topic), topic, heard[topic].append, QoSProfile(depth=1000)
+            )
         process = subprocess.Popen(
-            [sys.executable, "-m", "belt_ros.rig.main", "--ros-args", *arguments],
+            [sys.executable, "-m", *command],
             env={**os.environ, "ROS_DOMAIN_ID": str(self._domain), "PYTHONPATH": str(self._root)},
         )
         end = time.monotonic() + 100.0  # kernels may have to be compiled
@@ -193,3 +203,14 @@ def test_what_cannot_be_published_is_told(
     assert run.returncode == 2
     assert words in run.stderr
     assert "Traceback" not in run.stderr
+
+
+def test_the_command_plays_several_drives_and_passes_on_what_is_for_the_node(
+    listener: Listener,
+) -> None:
+    heard = listener.command(
+        ["infeed/driver/state", "lift/driven/state"],
+        "several_drives",
+        *("--ros-args", "-p", "output:=pulley_state", "-p", "wait_for_subscriber:=20.0"),
+    )
+    assert [len(messages) for messages in heard.values()] == [101, 101]

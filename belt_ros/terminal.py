@@ -4,7 +4,9 @@ import math
 from pathlib import Path
 
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from belt_ros.mechanics import DriveError
 from belt_ros.mechanics.materials import BeltMaterial, SurfaceState
@@ -134,6 +136,7 @@ def print_rating(settings: DriveSettings, rating: Rating) -> None:
     console.print(table)
 
 
+_WIDE = 120  # columns of a terminal, for a table of six
 _PARAMETER_HEADINGS = ("parameter", "unit", "default", "range", "while running", "meaning")
 
 
@@ -159,13 +162,22 @@ def _parameter_row(parameter: Parameter) -> tuple[str, ...]:
 
 
 def print_parameters() -> None:
-    """Print the table of parameters, as wide as the terminal allows."""
+    """Print the table of parameters; where the terminal is too narrow for it, a list."""
+    console = Console(highlight=False)
+    rows = [_parameter_row(parameter) for parameter in ALL_PARAMETERS.values()]
+    if console.width < _WIDE:
+        for name, unit, default, bounds, changeable, meaning in rows:
+            console.print(name, style="bold", markup=False)
+            told = (f"{default} {unit}".strip(), bounds, changeable)
+            console.print(Padding(Text("; ".join(filter(None, told))), (0, 0, 0, 2)))
+            console.print(Padding(Text(meaning), (0, 0, 0, 2)))
+        return
     table = Table()
     for heading in _PARAMETER_HEADINGS:
-        table.add_column(heading, overflow="fold")
-    for parameter in ALL_PARAMETERS.values():
-        table.add_row(*(text.replace("[", r"\[") for text in _parameter_row(parameter)))
-    Console().print(table)
+        table.add_column(heading, overflow="fold", no_wrap=heading == "parameter")
+    for row in rows:
+        table.add_row(*map(Text, row))
+    console.print(table)
 
 
 def markdown_parameters() -> str:
@@ -185,8 +197,8 @@ def print_material_table(name: str) -> None:
     """Print one of the tables of belts, laggings and grooves, and what its marks mean."""
     (found,) = (table for table in tables() if table.name == name)
     shown = Table()
-    for heading in found.header:
-        shown.add_column(heading.replace("[", r"\["), overflow="fold")
+    for place, heading in enumerate(found.header):
+        shown.add_column(heading.replace("[", r"\["), overflow="fold", no_wrap=place == 0)
     for row in found.rows:
         shown.add_row(*(cell.replace("[", r"\[") for cell in row))
     console = Console(highlight=False)

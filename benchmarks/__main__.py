@@ -36,7 +36,7 @@ def main() -> None:
         *table(results),
         "",
         f"{datetime.now(timezone.utc):%Y-%m-%d}, Python {platform.python_version()}, {packages}, "
-        f"{workers} cores of {platform.machine()}, {seconds:.0f} s. `make bench`",
+        f"{workers} cores of {platform.machine()}, {seconds:.0f} s. `make bench-coverage`",
     ]
     RESULT.write_text("\n".join(text) + "\n")
     print("\n".join(text))

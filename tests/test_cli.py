@@ -181,7 +181,10 @@ def test_parameters_lists_every_one():
     assert re.fullmatch(r"(\| --- )+\|", rule)
     assert [row.split("`")[1] for row in rows] == list(ALL_PARAMETERS)
     assert len({len(re.findall(r"(?<!\\)\|", row)) for row in (header, rule, *rows)}) == 1
-    assert belt("parameters").exit_code == 0
+    for columns in ("80", "200"):
+        shown = CliRunner().invoke(app, ["parameters"], env={"COLUMNS": columns})
+        assert shown.exit_code == 0
+        assert all(name in shown.stdout for name in ALL_PARAMETERS), "names are whole"
 
 
 def test_rig_does_not_overwrite(bag):

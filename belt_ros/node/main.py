@@ -19,7 +19,7 @@ def make_executor() -> Executor:
     """Return the cheapest executor there is: events cost a third of the CPU of wait sets."""
     try:
         from rclpy.experimental.events_executor import EventsExecutor  # noqa: PLC0415
-    except ImportError:  # before Kilted
+    except ImportError:  # older than Kilted and late Jazzy
         return SingleThreadedExecutor()
     return EventsExecutor()
 

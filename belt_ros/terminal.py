@@ -167,8 +167,8 @@ def print_parameters() -> None:
     rows = [_parameter_row(parameter) for parameter in ALL_PARAMETERS.values()]
     if console.width < _WIDE:
         for name, unit, default, bounds, changeable, meaning in rows:
-            console.print(name, style="bold", markup=False)
-            told = (f"{default} {unit}".strip(), bounds, changeable)
+            console.print(f"{name} [{unit}]" if unit else name, style="bold", markup=False)
+            told = (default, bounds, changeable)
             console.print(Padding(Text("; ".join(filter(None, told))), (0, 0, 0, 2)))
             console.print(Padding(Text(meaning), (0, 0, 0, 2)))
         return

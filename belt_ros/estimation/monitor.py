@@ -275,8 +275,12 @@ class BeltMonitor:
         output = MonitorOutput(Rejection.NONE, self.estimate, None)
         for pooled in self._pool.take(measurement):
             before, output = output, self._step(pooled)
-            if before.alarm is not None and output.alarm is None:
-                output = replace(output, alarm=before.alarm)
+            if before.alarm or before.calibration:
+                output = replace(
+                    output,
+                    alarm=output.alarm or before.alarm,
+                    calibration=output.calibration or before.calibration,
+                )
         return output
 
     def _step(self, measurement: Measurement) -> MonitorOutput:

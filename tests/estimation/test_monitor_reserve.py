@@ -201,6 +201,32 @@ def test_new_noise_does_not_break_off_a_calibration(settings: DriveSettings) -> 
     assert next(result for result in results if result is not None).ratio_bias is not None
 
 
+def test_a_calibration_is_told_also_where_its_last_mean_leaves_with_the_next_measurement(
+    settings: DriveSettings,
+) -> None:
+    """As when measurements cease to be pooled just then."""
+    pooled = dataclasses.replace(settings.limits, pool_period=0.2)
+    unpooled = dataclasses.replace(settings.limits, pool_period=0.0)
+    scenario = {"duration": 25.0, "seed": 2, "sample_rate": 50.0, "speed": 120.0}
+    measurements = [measurement for measurement, _ in scripted(settings, **scenario)]
+
+    def told(ends_at: int) -> list[int]:
+        monitor = dataclasses.replace(settings, limits=pooled).monitor()
+        found = []
+        for k, measurement in enumerate(measurements):
+            if k == ends_at:
+                monitor.retune(settings.noise, settings.drift, unpooled, settings.alarm)
+            if monitor.step(measurement).calibration is not None:
+                found.append(k)
+            if k == 60:
+                assert monitor.calibrate()
+        return found
+
+    (end,) = told(len(measurements))
+    for before in (1, 3, 5):
+        assert len(told(end - before)) == 1
+
+
 Alter = Callable[[Measurement], Measurement]
 
 

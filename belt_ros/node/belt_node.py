@@ -1,6 +1,7 @@
 """The lifecycle node: parameters, transitions and time around its drives."""
 
 import functools
+import itertools
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -143,20 +144,24 @@ class BeltNode(LifecycleNode):
             self._made_by_configure,
             self._on_message,
         )
-        saved_every = settings.memory_period if settings.use_memory else None
         for unit, description in zip(self.units, descriptions, strict=True):
-            unit.configure(description, saved_every, hub, self._made_by_configure)
+            unit.configure(description, hub, use_memory=settings.use_memory)
         self._keeping_up = KeepingUp(_WATCH_PERIOD, settings.longest_pool)
-        self._make_diagnostics(hub, settings.diagnostics_period)
-        return seconds
-
-    def _make_diagnostics(self, hub: TopicHub, period: float) -> None:
-        made = self._made_by_configure
         self._diagnostics_publisher = hub.publisher(
             DiagnosticArray, "/diagnostics", QoSProfile(depth=10)
         )
-        for seconds, act in ((period, self._publish_diagnostics), (_WATCH_PERIOD, self._watch)):
-            made.callback(self.destroy_timer, self.create_timer(seconds, act, clock=self._steady))
+        keeping = [unit for unit in self.units if unit.has_memory]
+        if keeping:
+            # One drive after the other: the memories of all at once would hold up input.
+            turns = itertools.cycle(keeping)
+            self._make_timer(settings.memory_period / len(keeping), lambda: next(turns).save())
+        self._make_timer(settings.diagnostics_period, self._publish_diagnostics)
+        self._make_timer(_WATCH_PERIOD, self._watch)
+        return seconds
+
+    def _make_timer(self, period: float, act: Callable[[], None]) -> None:
+        timer = self.create_timer(period, act, clock=self._steady)
+        self._made_by_configure.callback(self.destroy_timer, timer)
 
     @_reported
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:

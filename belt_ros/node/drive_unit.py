@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejectio
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node import services
 from belt_ros.node.conversions import alarm_message
-from belt_ros.node.descriptions import DriveDescription, UnitSettings
+from belt_ros.node.descriptions import DriveDescription
 from belt_ros.node.diagnostics import memory_status
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
@@ -108,14 +108,11 @@ class DriveUnit:
     def configure(
         self,
         description: DriveDescription,
-        memory_period: float | None,
         hub: TopicHub,
-        made: ExitStack,
+        *,
+        use_memory: bool,
     ) -> None:
-        """Make ready; what is made is destroyed when `made` is closed.
-
-        Without a `memory_period` [s] the drive has no memory, whatever its description says.
-        """
+        """Make ready; without `use_memory` with no memory, whatever the description says."""
         settings, unit = description.drive, description.unit
         self._make_publishers(hub)
         self._state_bytes = StateBytes(settings.name, BeltState.get_fields_and_field_types())
@@ -137,7 +134,8 @@ class DriveUnit:
         self._pipeline = Pipeline(
             self._node.get_name(), self._inputs.sources, settings, unit.input_skew
         )
-        self._open_memory(self._pipeline, unit, memory_period, made)
+        if use_memory and unit.memory_file is not None:
+            self._open_memory(self._pipeline, unit.memory_file)
 
     def _make_publishers(self, hub: TopicHub) -> None:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -146,18 +144,22 @@ class DriveUnit:
         )
         self._alarm_publisher = hub.publisher(SlipAlarm, f"~/{self._prefix}alarm", latched)
 
-    def _open_memory(
-        self, pipeline: Pipeline, unit: UnitSettings, period: float | None, made: ExitStack
-    ) -> None:
-        if unit.memory_file is None or period is None:
-            return
+    def _open_memory(self, pipeline: Pipeline, path: Path) -> None:
         logger = self._node.get_logger()
-        self._memory = Memory(unit.memory_file, pipeline, logger.warning)
+        self._memory = Memory(path, pipeline, logger.warning)
         restored = self._memory.restore()
         if restored:
             logger.info(restored)
-        timer = self._node.create_timer(period, self._memory.save, clock=self._steady)
-        made.callback(self._node.destroy_timer, timer)
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether what is learned is kept in a file."""
+        return self._memory is not None
+
+    def save(self) -> None:
+        """Begin to write what has been learned, where there is a memory."""
+        if self._memory is not None:
+            self._memory.save()
 
     def activate(self) -> str:
         """Begin to estimate and publish; return what is listened on."""

@@ -180,3 +180,24 @@ def test_one_drive_that_has_a_name_has_the_service_of_the_node_as_well(
         assert (response.success, response.message) == (False, "name the drive: one of 'left'")
         done = client.record_maintenance(RecordMaintenance.Request.BELT_REPLACED, drive_name="left")
         assert done.success
+
+
+def test_their_memories_are_written_one_after_the_other(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    """All at once would hold up the input of a node of many drives."""
+    memory = {"memory_file": tmp_path / "{drive}.json", "memory_period": 2.0}
+    with NodeProcess(ros_domain, tmp_path / "log", description(tmp_path), **memory) as node:
+        node.wait_for_log("active, listening on")
+        files = [tmp_path / f"{name}.json" for name in ("left", "right")]
+
+        def kept() -> bool:
+            client.now_ns += client.step_ns
+            speeds, torques = (120.0, 119.4, 120.0, 119.4), (30.0, -30.0, 30.0, -30.0)
+            client.send_raw(joint_state(client.now_ns, speeds, torques, (*LEFT, *RIGHT)))
+            client.spin(0.01)
+            return all(file.exists() for file in files)
+
+        client.until(kept)
+        left, right = (file.stat().st_mtime for file in files)
+        assert 0.7 < abs(left - right) % 2.0 < 1.3

@@ -10,7 +10,7 @@ from node_harness import PAPER_DRIVE, SECOND, Client, NodeProcess, joint_state, 
 
 from belt_ros.settings import read_parameters
 
-DRIVES = 60
+DRIVES = 30
 SECONDS = 8.0
 RATE = 100.0  # [Hz]
 OWN = ("name", "driver.joint", "driven.joint")
@@ -72,7 +72,7 @@ def test_short_of_processor_it_pools_and_loses_nothing(
         assert last.accepted_count > sent - 40  # what is still being pooled has not been counted
         assert sum(last.rejection_counts) == 0
         assert last.reset_count == 0
-        assert max(late for late, _ in states[-10:]) < 0.6
+        assert max(late for late, _ in states[-10:]) < 1.0
         assert 0.02 <= values["pooled for want of processor [s]"] <= 0.2
         assert "averaged" in row.message
         assert node.log.count("falls behind") == 1

@@ -31,14 +31,14 @@ narrow = dataclasses.replace(settings.prior, tension_stddev=1.0, friction_stiffn
 for told in (settings, dataclasses.replace(settings, prior=narrow)):
     monitor = told.monitor()
     angle, now = 0.0, 0
-    for sample in range(2500):
-        speed = 0.0 if 900 < sample < 1000 else -8.0 if sample > 2300 else 12.0
-        torque = 3.0 * math.sin(sample / 40.0) if sample < 1500 else 2.0
-        angle, now = angle + 0.01 * speed, now + (10_000_000 if sample != 2000 else 3_000_000_000)
-        position = angle % (2.0 * math.pi) if 200 < sample < 1200 else math.nan
+    for sample in range(1500):
+        speed = 0.0 if 540 < sample < 600 else -8.0 if sample > 1380 else 12.0
+        torque = 3.0 * math.sin(sample / 40.0) if sample < 900 else 2.0
+        angle, now = angle + 0.01 * speed, now + (10_000_000 if sample != 1200 else 3_000_000_000)
+        position = angle % (2.0 * math.pi) if 120 < sample < 720 else math.nan
         hub, span = (900.0, math.nan) if sample % 2 else (math.nan, 400.0)
-        cells = {"driver_hub_load": hub, "span_tension": span} if 400 < sample < 800 else {}
-        creep = 1.0 if sample < 600 else 0.97
+        cells = {"driver_hub_load": hub, "span_tension": span} if 240 < sample < 480 else {}
+        creep = 1.0 if sample < 360 else 0.97
         monitor.step(
             Measurement(
                 now, speed, creep * speed, torque, -torque, position, position, **cells

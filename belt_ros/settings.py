@@ -24,7 +24,7 @@ from belt_ros.estimation import (
     SensorNoise,
 )
 from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, Tensioning
-from belt_ros.node_tables import ALL_PARAMETERS, OF_EVERY_NODE
+from belt_ros.node_tables import ALL_PARAMETERS, NODE_PARAMETERS, OF_EVERY_NODE
 from belt_ros.parameter_table import GROUPS, PARAMETERS, SettingsError
 from belt_ros.several_drives import DriveNamesError, drive_names, values_of_drive
 
@@ -245,4 +245,7 @@ def _chosen(values: dict[str, object], drive: str) -> dict[str, object]:
     if drive not in names:
         asked = f"no drive {drive!r}" if drive else "several drives"
         raise SettingsError(f"it describes {asked}; name one of {', '.join(names)}")
+    for own in NODE_PARAMETERS:
+        if f"{drive}.{own}" in values:
+            raise SettingsError(f"{drive}.{own} is of one drive; {own} is of the whole node")
     return values_of_drive(values, drive, names)

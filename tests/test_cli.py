@@ -285,6 +285,12 @@ def test_check_says_it_of_each_of_several_drives():
         assert name in result.stdout
 
 
+def test_what_is_of_the_whole_node_is_not_of_one_drive(tmp_path):
+    path = tmp_path / "drives.yaml"
+    path.write_text(SEVERAL.read_text() + "\n    outfeed.autostart: true\n")
+    assert_one_line(belt("check", path), "autostart is of the whole node")
+
+
 def test_of_several_drives_the_rig_writes_the_bag_of_the_one_that_is_named(tmp_path):
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text("{duration: 0.2, speed: [[0.0, 20.0]]}")

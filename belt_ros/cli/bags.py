@@ -130,7 +130,7 @@ def identify(
         if out is not None and not found.goodness.fits and not force:
             raise SettingsError(
                 f"{out} not written: the model does not fit these loads, so that no interval is to "
-                "be believed; give a part of the bag in which nothing changed, or --force"
+                "be believed; take a bag in which nothing changed, or give --force"
             )
         if out is not None:
             write_identified(config, out, found, settings, drive)

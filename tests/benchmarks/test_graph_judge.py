@@ -27,7 +27,7 @@ from benchmarks.graph.results import keep
 PAPER = ROOT / "config" / "paper_drive.yaml"
 RATE = rate.Rate("1000 Hz", "code", 1000, 998, 2, 225, 4, 300.0, 900.0, 2e3, 1.0, 5000, 0.1, 0.2)
 DRIVES = drives.Drives(
-    "50 drives", "code", 50, 100.0, 5000, 4950, 4950, 0.01, 300.0, 900.0, 2e3, 300.0, 0.5, 0
+    "50 drives", "code", 50, 100.0, 5000, 4950, 5000, 5000, 0.01, 300.0, 900.0, 2e3, 300.0, 0.5, 0
 )
 KILL = kill.Kill("100 Hz", 0, "code", 0, 3.0, 2.0, 0.02, 1.0, 2, 2, 1.0, 1.0)
 STAGE = stages.Stage("BeltMonitor.step", "code", 100, 50.0, 60.0)
@@ -84,9 +84,10 @@ def test_unanswered_messages_spoil_the_ratios() -> None:
 def test_drives_that_lag_or_miss_states_are_told() -> None:
     assert refused(drives.drives_verdicts([DRIVES])) == 0
     assert refused(drives.drives_verdicts([DRIVES._replace(used=4900)])) == 1
-    assert refused(drives.drives_verdicts([DRIVES._replace(p99=2e5)])) == 1
+    assert refused(drives.drives_verdicts([DRIVES._replace(states=4000)])) == 1
+    assert refused(drives.drives_verdicts([DRIVES._replace(p99=2e5)])) == 2
     behind = DRIVES._replace(pooled=float("nan"), p99=float("nan"))
-    assert refused(drives.drives_verdicts([behind])) == 1
+    assert refused(drives.drives_verdicts([behind])) == 2
 
 
 def test_a_node_that_nobody_heard_after_a_kill_is_a_miss() -> None:

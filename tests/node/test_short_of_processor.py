@@ -8,26 +8,23 @@ import yaml
 from belt_msgs.msg import BeltState
 from node_harness import PAPER_DRIVE, SECOND, Client, NodeProcess, joint_state, ns
 
-from belt_ros.settings import read_parameters
+from benchmarks.graph.drives import drive_names, several_parameters
 
 DRIVES = 30
 SECONDS = 8.0
 RATE = 100.0  # [Hz]
-OWN = ("name", "driver.joint", "driven.joint")
 
 
 def many_drives(tmp_path: Path) -> tuple[Path, list[str]]:
     """So many of the paper's drives that no core steps them all a hundred times a second."""
-    values: dict[str, object] = {
-        name: value for name, value in read_parameters(PAPER_DRIVE).items() if name not in OWN
-    }
-    drives = [f"drive_{number}" for number in range(DRIVES)]
-    joints = [f"{drive}_{pulley}" for drive in drives for pulley in ("driver", "driven")]
-    for joint in joints:
-        drive, _, pulley = joint.rpartition("_")
-        values[f"{drive}.{pulley}.joint"] = joint
+    values = several_parameters(PAPER_DRIVE, DRIVES)
+    joints = [
+        str(values[f"{drive}.{pulley}.joint"])
+        for drive in drive_names(DRIVES)
+        for pulley in ("driver", "driven")
+    ]
     path = tmp_path / "drives.yaml"
-    path.write_text(yaml.safe_dump({"/**": {"ros__parameters": {"drives": drives, **values}}}))
+    path.write_text(yaml.safe_dump({"/**": {"ros__parameters": values}}))
     return path, joints
 
 

@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from belt_ros.estimation import AlarmStatus, BeltEstimate, Health, Phase, Rejection, Severity
-from belt_ros.estimation.fit import worst_sensor
+from belt_ros.estimation.fit import BOTH_SPEEDS, worst_sensor
 
 REJECTION_ADVICE: dict[Rejection, str] = {
     Rejection.NONE: "accepted",
@@ -162,11 +162,18 @@ def judge_fit(health: Health) -> tuple[Level, str]:
     worst = worst_sensor(health.sensor_fits)
     if worst is not None:
         sensor, fit = worst
-        return (
-            Level.WARN,
-            f"{sensor} fits worst: its squared errors are {fit.mean:.2g} times those expected; "
-            "check it and its noise.* in the parameters, and the pulleys' scales and inertias",
-        )
+        errors = f"squared errors are {fit.mean:.2g} times those expected"
+        if sensor == BOTH_SPEEDS:
+            said = (
+                f"speeds do not follow from torques: their {errors}; "
+                "check both torques, their scales and offsets, the inertias, and noise.speed_*"
+            )
+        else:
+            said = (
+                f"{sensor} fits worst: its {errors}; check it and its noise.* in the parameters, "
+                "and the pulleys' scales and inertias"
+            )
+        return Level.WARN, said
     return Level.OK, "every measurement is used"
 
 

@@ -14,6 +14,7 @@ from belt_ros.estimation.ageing import aged
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
 from belt_ros.estimation.estimate import LostTraction
 from belt_ros.estimation.first_readings import FirstReadings
+from belt_ros.estimation.foretold_slip import ForetoldSlip
 from belt_ros.estimation.gaussian_sum import Component, narrowed
 from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.load_following import LoadFollowing
@@ -99,6 +100,7 @@ class BeltFilter:
         self._sensing = Sensing(self.constants, noise, turns)
         self._undeveloped = UndevelopedCreep(self.constants)
         self._load = LoadFollowing(self.constants)
+        self._foretold = ForetoldSlip(self.constants)
         self._load_cells = LoadCells(self._sensing)
         self._first = FirstReadings()
         self._recent = RecentSteps()
@@ -266,6 +268,7 @@ class BeltFilter:
         self._population.update(sensed.part(2, None))
         self.stamp_ns = measurement.stamp_ns
         self._load.start()
+        self._foretold.start()
         self._population.summarise()
         self._load_cells.take_in(self._population, sensed)
         self._population.summarise()
@@ -283,7 +286,9 @@ class BeltFilter:
         dt = (measurement.stamp_ns - self.stamp_ns) * _SECONDS
         counted = self._sensing.counts_travel
         sensed = self._sensing.sense(measurement, dt)
-        activity = self._load.follow(sensed, self.x, self._wander, dt)
+        activity = self._load.follow(
+            sensed, self.x, self._wander, dt, unforeseen=self._foretold.failed
+        )
         self._activity = float(activity.taken.max())
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)
@@ -298,6 +303,7 @@ class BeltFilter:
             # for who judges the sensors
             self.seen = np.append(self._stepping.seen, Index.TRAVEL)
             self.surprises = np.append(self._stepping.surprises, contradiction)
+        self._foretold.compare(self._population, sensed, dt)
         self._recent.append(step)
         if self._sensing.counts_travel and not counted:
             self._begin_travel(measurement.stamp_ns, sensed)

@@ -31,6 +31,9 @@ _CLIPPED = 1e-3  # share of samples that are clipped
 _MEMORY = 10.0  # [s]
 _FEWEST = 20.0  # samples within the memory for a verdict; slower than 2 a second there is none
 _LOWEST, _HIGHEST = 0.3, 1.25  # means that are consistent however many the samples
+SPEEDS = ("driver speed", "driven speed")
+BOTH_SPEEDS = "both speeds"
+_ALIKE = 1.5  # times another's mean, up to which none stands out
 _MANY = 500.0  # degrees of freedom from which on the limits are these
 LIMIT_95 = 1.959964  # deviations of a normal distribution
 LIMIT_999 = 3.290527
@@ -210,7 +213,15 @@ def worst_sensor(fits: Sequence[tuple[str, Fit]]) -> tuple[str, Fit] | None:
     """Return the sensor farthest above its limits, or None if none is.
 
     It is where a contradiction shows, which need not be its cause: noise shows in the sensor that
-    is noisy, but a wrong scale of a torque in the speeds, which do not follow from it.
+    is noisy, but a wrong torque in the speeds, which do not follow from it. If a speed is worst and
+    does not stand out from the other, both are named: what the pulleys gain does not follow.
     """
     over = [pair for pair in fits if pair[1].consistency is Consistency.OVERCONFIDENT]
-    return max(over, key=lambda pair: pair[1].mean, default=None)
+    if not over:
+        return None
+    name, worst = max(over, key=lambda pair: pair[1].mean)
+    if name in SPEEDS:
+        lesser = min(fit.mean for sensor, fit in fits if sensor in SPEEDS)
+        if worst.mean < _ALIKE * lesser:
+            return BOTH_SPEEDS, worst
+    return name, worst

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.estimate import Health
-from belt_ros.estimation.fit import InnovationFit, SensorFits
+from belt_ros.estimation.fit import SPEEDS, InnovationFit, SensorFits
 from belt_ros.estimation.measurement import Rejection
 from belt_ros.estimation.state import STATES, Index
 
-_SENSORS = ("driver speed", "driven speed", "driver torque", "driven torque", "positions")
+_SENSORS = (*SPEEDS, "driver torque", "driven torque", "positions")
 _SENSOR_OF = np.zeros(STATES, dtype=np.int64)  # by the state that it reads
 _SENSOR_OF[[Index.DRIVER_SPEED, Index.DRIVEN_SPEED]] = 0, 1
 _SENSOR_OF[[Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE, Index.TRAVEL]] = 2, 3, 4

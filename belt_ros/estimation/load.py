@@ -8,6 +8,10 @@ followed by scalar Kalman filters that take it for random walks of several paces
 well each foretells the sensor, quiet ones being likelier to begin with; a jump that none of them
 foretells starts them anew.
 
+A torque that moves is the load. Slip also moves by itself: while creep develops, and near the knee,
+where a little of the load makes much of it. It speaks for the load once a torque has been lively,
+or once slip is not what was foretold, and until it rests.
+
 Signals need not come at once, nor equally often. While one is missing, what is known of it stays,
 and time passes for it; only after a while it is forgotten.
 """
@@ -25,7 +29,8 @@ _PACES = np.array([1.0, 0.3, 0.1, 0.01, 0.001])  # of the greatest wander
 _PRIOR = np.array([0.02, 0.02, 0.08, 0.28, 0.6])
 _ENDING = np.array([2.0, 2.0, 1.0, 0.2, 0.1])  # of each pace [1/s]
 _WITHOUT_SPEED = 0.1  # pace
-_TELLING = 0.03  # pace of the slip above which the load must be what moves it
+_TELLING = 0.03  # pace above which slip moves ...
+_LIVELY = 0.3  # ... and that of a torque above which the load is what moves it
 _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
 _FORGOTTEN = 0.5  # [s] without a reading
@@ -131,9 +136,10 @@ def _follow(
     noise: _Floats,
     fastest: _Floats,
     anyway: _Floats,
+    slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
-) -> tuple[_Floats, _Floats]:
-    """Paces of the two torques: at least that of the slip, and their own."""
+) -> tuple[_Floats, _Floats, bool]:
+    """Paces of the two torques, at least that of the slip, and their own; whether slip tells."""
     pace = np.empty(signals.size)
     for i in range(signals.size):
         z = signals[i]
@@ -164,12 +170,15 @@ def _follow(
     if math.isnan(pace[1]):
         pace[1] = pace[0]
     if math.isnan(pace[0]):
-        return np.ones(2), np.ones(2)
+        return np.ones(2), np.ones(2), slip_tells
+    shown = pace[:2].copy()
+    slip = 0.0 if math.isnan(pace[2]) else min(pace[2], 1.0)
+    slip_tells = (slip_tells or shown.max() > _LIVELY) and slip > _TELLING
+    moved = slip if slip_tells else 0.0
     # Without a speed, nothing would tell that it moves but the torques themselves.
-    moved = _WITHOUT_SPEED if math.isnan(pace[2]) else min(pace[2], 1.0)
-    if since[2] > _UNHEARD:
+    if math.isnan(pace[2]) or since[2] > _UNHEARD:
         moved = max(moved, _WITHOUT_SPEED)
-    return np.maximum(pace[:2], moved if moved > _TELLING else 0.0), pace[:2].copy()
+    return np.maximum(shown, moved), shown, slip_tells
 
 
 class LoadWander:
@@ -180,14 +189,23 @@ class LoadWander:
         self._variance = np.zeros((3, _PACES.size))
         self._weight = np.zeros((3, _PACES.size))
         self._since = np.zeros(3)  # the last reading of each [s]
+        self._slip_tells = False
 
     def start(self) -> None:
         """Forget all signals, as before the first reading."""
         self._mean[:] = math.nan
         self._since[:] = 0.0
+        self._slip_tells = False
 
     def follow(
-        self, signals: _Floats, noise: _Floats, fastest: _Floats, anyway: _Floats, dt: float
+        self,
+        signals: _Floats,
+        noise: _Floats,
+        fastest: _Floats,
+        anyway: _Floats,
+        dt: float,
+        *,
+        unforeseen: bool,
     ) -> Activity:
         """Take in the readings at the end of a step of `dt` [s].
 
@@ -203,6 +221,8 @@ class LoadWander:
         anyway : ndarray
             Wander of each that is not the load's.
         dt : float
+        unforeseen : bool
+            Whether slip is other than was foretold, by all that is known of belt and load.
 
         Returns
         -------
@@ -210,16 +230,16 @@ class LoadWander:
             During the step. A torque that has had no reading for half a second is taken to wander
             like the other; neither, at the greatest.
         """
-        return Activity(
-            *_follow(
-                self._mean,
-                self._variance,
-                self._weight,
-                self._since,
-                signals,
-                noise,
-                fastest,
-                anyway,
-                dt,
-            )
+        taken, shown, self._slip_tells = _follow(
+            self._mean,
+            self._variance,
+            self._weight,
+            self._since,
+            signals,
+            noise,
+            fastest,
+            anyway,
+            self._slip_tells or unforeseen,
+            dt,
         )
+        return Activity(taken, shown)

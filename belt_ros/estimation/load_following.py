@@ -34,8 +34,12 @@ class LoadFollowing:
         self._rims = np.full(2, math.nan)  # speeds last read and not yet used [m/s] ...
         self._variances = np.zeros(2)  # ... and their variances
 
-    def follow(self, sensed: Sensed, state: _Floats, wander: Wander, dt: float) -> Activity:
+    def follow(
+        self, sensed: Sensed, state: _Floats, wander: Wander, dt: float, *, unforeseen: bool
+    ) -> Activity:
         """Take in what was sensed at the end of a step of `dt` [s], from a state (12,) on.
+
+        `unforeseen`: slip has not been what was foretold, see `LoadWander.follow`.
 
         Returns
         -------
@@ -53,6 +57,7 @@ class LoadFollowing:
             np.array((wander.load * c.driver_radius, wander.load * c.driven_radius, slip)),
             np.array((0.0, 0.0, wander.creep * abs(ahead))),
             dt,
+            unforeseen=unforeseen,
         )
 
     def _ahead(self, sensed: Sensed) -> tuple[float, float]:

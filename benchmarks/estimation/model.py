@@ -64,6 +64,7 @@ class DriveModel:
             np.array([load * c.driver_radius, load * c.driven_radius, slip]),
             np.array([0.0, 0.0, self._wander.creep * abs(ahead)]),
             dt,
+            unforeseen=True,
         )
 
     def process(self, activity: Activity, undeveloped: CreepChange, dt: float) -> Process:

@@ -10,6 +10,7 @@ from scipy.stats import chi2
 
 from belt_ros.estimation.estimate import Consistency, Fit
 from belt_ros.estimation.fit import (
+    BOTH_SPEEDS,
     LIMIT_95,
     LIMIT_999,
     InnovationFit,
@@ -159,6 +160,20 @@ def test_the_sensor_that_does_not_fit_is_named() -> None:
     worst = worst_sensor(sensors([1.0, 1.5, 9.0, 0.7], [0, 1, 2, 3]).fits)
     assert worst is not None
     assert worst[0] == "driver torque"
+
+
+def test_speeds_that_fit_badly_together_are_named_together() -> None:
+    """What both pulleys gain does not follow from the torques; neither speed is to be blamed."""
+    worst = worst_sensor(sensors([3.0, 2.4, 1.5, 1.0], [0, 1, 2, 3]).fits)
+    assert worst is not None
+    assert worst[0] == BOTH_SPEEDS
+    assert worst[1].mean == pytest.approx(3.0, rel=0.15)
+
+
+def test_one_speed_that_fits_far_worse_is_named_alone() -> None:
+    worst = worst_sensor(sensors([2.0, 9.0, 1.0, 1.0], [0, 1, 2, 3]).fits)
+    assert worst is not None
+    assert worst[0] == "driven speed"
 
 
 def test_a_sensor_by_itself_is_judged_as_a_filter_of_one_sensor() -> None:

@@ -28,11 +28,14 @@ class Bench:
         self.noise = np.array([noise, noise, SLIP_NOISE])
         self.dt = dt
 
-    def take(self, torque: float, missing: tuple[int, ...] = (), ahead: float = 0.1):
+    def take(self, torque: float, missing=(), ahead: float = 0.1, unforeseen: bool = False):
         z = np.array([torque, -torque, ahead]) + self.noise * self.random.standard_normal(3)
         z[list(missing)] = math.nan
         fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
-        return self.wander.follow(z, self.noise**2, fastest, np.zeros(3), self.dt).taken
+        noise = self.noise**2
+        return self.wander.follow(
+            z, noise, fastest, np.zeros(3), self.dt, unforeseen=unforeseen
+        ).taken
 
     def hold(self, torque: float, seconds: float, missing: tuple[int, ...] = ()):
         """Activities (n, 2) over some time of constant torque."""
@@ -90,7 +93,9 @@ def test_a_step_of_one_torque_leaves_the_other_quiet() -> None:
     bench.hold(20.0, 2.0)
     z = np.array([50.0, -20.0, 0.1])
     fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
-    driver, driven = bench.wander.follow(z, bench.noise**2, fastest, np.zeros(3), DT).taken
+    driver, driven = bench.wander.follow(
+        z, bench.noise**2, fastest, np.zeros(3), DT, unforeseen=False
+    ).taken
     assert driver > 1.0
     assert driven < QUIET
 
@@ -153,12 +158,49 @@ def test_a_step_between_seldom_readings_is_one_of_the_step_that_shows_it(step: f
         assert bench.take(20.0 + step, (0, 1)).max() < 0.1
 
 
-def test_slip_that_moves_speaks_for_a_load_that_does() -> None:
+def sliding(bench: Bench, steps: int, *, unforeseen: bool = False) -> np.ndarray:
+    """Activities (n, 2) while slip moves and the torques do not."""
+    return np.array(
+        [bench.take(20.0, (), 0.1 + 0.5 * k * DT, unforeseen=unforeseen) for k in range(steps)]
+    )
+
+
+def test_slip_that_moves_unforeseen_speaks_for_a_load_that_does() -> None:
     bench = Bench(5)
     bench.hold(20.0, 2.0)
     still = bench.hold(20.0, 1.0)[-1]
-    moving = np.array([bench.take(20.0, ahead=0.1 + 0.5 * k * DT) for k in range(100)])
+    moving = sliding(bench, 100, unforeseen=True)
     assert np.median(moving[20:], axis=0).min() > 10.0 * still.max()
+
+
+def test_slip_that_moves_as_foretold_says_nothing_of_the_load() -> None:
+    """While creep develops, and near the knee, it is the belt that makes it move."""
+    bench = Bench(5)
+    bench.hold(20.0, 3.0)
+    moving = sliding(bench, 100)
+    assert np.median(moving, axis=0).max() < QUIET
+
+
+def test_slip_once_unforeseen_speaks_until_it_rests() -> None:
+    bench = Bench(5)
+    bench.hold(20.0, 3.0)
+    sliding(bench, 30, unforeseen=True)
+    still_moving = np.array([bench.take(20.0, ahead=0.25 + 0.5 * k * DT) for k in range(70)])
+    assert still_moving[-20:].min() > 0.03
+    rested = np.array([bench.take(20.0, ahead=0.6) for _ in range(100)])
+    assert np.median(rested[50:]) < QUIET
+    again = sliding(bench, 50)  # foretold this time
+    assert np.median(again) < QUIET
+
+
+def test_slip_speaks_of_a_load_that_a_torque_has_shown_to_move() -> None:
+    """A torque's noise hides how a ramp ends; slip goes on telling."""
+    bench = Bench(8, noise=1.0)
+    bench.hold(20.0, 3.0)
+    for k in range(40):
+        bench.take(20.0 + 60.0 * k * DT, ahead=0.1 + 0.5 * k * DT)
+    end = np.array([bench.take(44.0, ahead=0.3 + 0.5 * k * DT) for k in range(40)])
+    assert end[-10:].min() > 0.03
 
 
 def test_slip_that_wanders_anyway_says_nothing_of_the_load() -> None:
@@ -169,7 +211,7 @@ def test_slip_that_wanders_anyway_says_nothing_of_the_load() -> None:
     for _ in range(400):
         ahead += 0.05 * math.sqrt(DT) * random.standard_normal()
         z = np.array([20.0, -20.0, ahead]) + np.sqrt(variances) * random.standard_normal(3)
-        seen.append(wander.follow(z, variances, fastest, anyway, DT).taken)
+        seen.append(wander.follow(z, variances, fastest, anyway, DT, unforeseen=True).taken)
     assert np.mean(np.array(seen[100:]) < QUIET) > 0.95
 
 
@@ -187,7 +229,7 @@ READING = st.one_of(st.just(math.nan), st.floats(-1e9, 1e9))
 @hypothesis_settings(derandomize=True, deadline=None, max_examples=150)
 @given(
     rows=st.lists(
-        st.tuples(st.tuples(READING, READING, READING), st.floats(1e-9, 1e3)),
+        st.tuples(st.tuples(READING, READING, READING), st.floats(1e-9, 1e3), st.booleans()),
         min_size=1,
         max_size=30,
     ),
@@ -196,9 +238,14 @@ READING = st.one_of(st.just(math.nan), st.floats(-1e9, 1e9))
 )
 def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float) -> None:
     wander = LoadWander()
-    for readings, dt in rows:
+    for readings, dt, unforeseen in rows:
         active = wander.follow(
-            np.array(readings), np.full(3, noise), np.full(3, fastest), np.zeros(3), dt
+            np.array(readings),
+            np.full(3, noise),
+            np.full(3, fastest),
+            np.zeros(3),
+            dt,
+            unforeseen=unforeseen,
         )
         for of_both in active:
             assert of_both.shape == (2,)
@@ -225,7 +272,9 @@ def test_what_follows_a_ramp_that_fast_is_not_surprised_by_it(dt: float) -> None
             z = 20.0 - slope * k * dt + noise * bench.random.standard_normal()
             noisy = np.array([z, -z, 0.1])
             fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
-            active = bench.wander.follow(noisy, bench.noise**2, fastest, np.zeros(3), dt)
+            active = bench.wander.follow(
+                noisy, bench.noise**2, fastest, np.zeros(3), dt, unforeseen=False
+            )
             variance += (active.taken[0] * FASTEST) ** 2 * dt
             innovation = z - mean
             if k * dt > 0.5:

@@ -123,7 +123,7 @@ class Rewound:
     def told(self, activities: dict[int, Activity]) -> "Rewound":
         """Know the load's activity beforehand."""
         known = iter(activities[m.stamp_ns] for m in self.measurements[1:])
-        self.filter._load.follow = lambda *_: next(known)
+        self.filter._load.follow = lambda *_, **__: next(known)
         return self.never()
 
     def play(self) -> "Rewound":

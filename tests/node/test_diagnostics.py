@@ -264,6 +264,15 @@ def test_a_sensor_that_does_not_fit_is_named() -> None:
     assert values["fit driver speed mean [-]"] == "1.1"
 
 
+def test_speeds_that_fit_badly_together_point_to_the_torques() -> None:
+    fits = (("driver speed", WRONG), ("driven speed", WRONG), ("driver torque", RIGHT))
+    row = input_row(report(), dataclasses.replace(fitted(WRONG, WRONG, RIGHT), sensor_fits=fits))
+
+    assert row.level == DiagnosticStatus.WARN
+    assert row.message.startswith("speeds do not follow from torques: their squared errors are 3.2")
+    assert "check both torques" in row.message
+
+
 def test_nothing_is_said_of_sensors_that_fit() -> None:
     assert input_row(report(), fitted(WRONG, RIGHT, RIGHT)).level == DiagnosticStatus.OK
 

@@ -7,7 +7,7 @@ Four steps, each done again only when what it depends on has changed:
 2. ROS 2 as Python wheels (not where a ROS 2 installation is sourced: that one is used), belt_ros
    in editable form, everything both need;
 3. the messages in `msg_defs`, built by colcon and installed into the virtual environment;
-4. the inner loops, compiled into numba's cache.
+4. the inner loops, compiled into numba's cache while the messages are built.
 
 `.venv` is thereby a complete ROS 2 prefix, and `ros_environment.py`, which every start of its
 Python imports, sets the variables that sourcing would set. Needs only the standard library.
@@ -219,10 +219,17 @@ def build_messages() -> None:
         raise SetupError(f"{outcome.stderr}\nThe messages were built, but do not load. Log: {LOG}")
 
 
-def compile_kernels() -> bool:
-    """Compile the inner loops; return whether that went well."""
+def begin_kernels() -> Step:
+    """Begin to compile the inner loops, which takes one processor and needs no messages."""
+    return Step(
+        "inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py", log=VENV / "setup-kernels.log"
+    )
+
+
+def finish_kernels(step: Step) -> bool:
+    """Wait for the inner loops; return whether they were compiled."""
     try:
-        run_logged("inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py")
+        step.wait()
     except SetupError as error:
         # Sources in the middle of an edit must not keep anyone from checking and testing them.
         print(error, "They will be compiled when they are first used.", sep="\n")
@@ -260,39 +267,59 @@ def run_quietly(*command: str | Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(arguments, env=environment, capture_output=True, text=True, check=False)
 
 
+class Step:
+    """A step that has begun, with its output in a log."""
+
+    def __init__(self, name: str, *command: str | Path, log: Path = LOG) -> None:
+        self._name = name
+        self._log = log
+        self._began = time.monotonic()
+        arguments = [str(part) for part in command]
+        with log.open("a") as output:
+            output.write(f"\n$ {' '.join(arguments)}\n")
+            output.flush()
+            # A step that outlives a killed set-up keeps the lock that it inherits.
+            self._process = subprocess.Popen(
+                arguments,
+                cwd=ROOT,
+                env=child_environment(),
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                close_fds=False,
+            )
+
+    def wait(self) -> None:
+        """Show the step's name and how long it takes; raise SetupError where it fails."""
+        moving = sys.stdout.isatty()
+        print(f"  {self._name} ...", end="", flush=True)
+        try:
+            while self._process.poll() is None:
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self._process.wait(timeout=1.0)
+                if moving:
+                    print(f"\r  {self._name} ... {self._seconds()} s", end="", flush=True)
+        except BaseException:
+            self.stop()
+            raise
+        if self._process.returncode:
+            print(" failed")
+            last = self._log.read_text(errors="replace").splitlines()[-12:]
+            advice = f"Step '{self._name}' failed. Full log: {self._log}"
+            raise SetupError("\n".join([*last, "", advice]))
+        print(f"\r  {self._name} ..." if moving else "", f"{self._seconds()} s")
+
+    def stop(self) -> None:
+        """End the step, done or not."""
+        self._process.terminate()
+        self._process.wait()
+
+    def _seconds(self) -> int:
+        return round(time.monotonic() - self._began)
+
+
 def run_logged(name: str, *command: str | Path) -> None:
     """Run one step with its output in the log; show its name and how long it takes."""
-    arguments = [str(part) for part in command]
-    start = time.monotonic()
-    moving = sys.stdout.isatty()
-    print(f"  {name} ...", end="", flush=True)
-    with LOG.open("a") as log:
-        log.write(f"\n$ {' '.join(arguments)}\n")
-        log.flush()
-        # A step that outlives a killed set-up keeps the lock that it inherits.
-        process = subprocess.Popen(
-            arguments,
-            cwd=ROOT,
-            env=child_environment(),
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            close_fds=False,
-        )
-        try:
-            while process.poll() is None:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    process.wait(timeout=1.0)
-                if moving:
-                    print(f"\r  {name} ... {time.monotonic() - start:.0f} s", end="", flush=True)
-        except BaseException:
-            process.terminate()
-            process.wait()
-            raise
-    if process.returncode:
-        print(" failed")
-        last = LOG.read_text(errors="replace").splitlines()[-12:]
-        raise SetupError("\n".join([*last, "", f"Step '{name}' failed. Full log: {LOG}"]))
-    print(f"\r  {name} ..." if moving else "", f"{time.monotonic() - start:.0f} s")
+    Step(name, *command).wait()
 
 
 def fingerprint(*files: Path) -> str:
@@ -372,14 +399,26 @@ def set_up() -> None:
             state.finish("packages", "failed")
             raise
         state.finish("packages", keys["packages"])
-    if state.done.get("messages") != keys["messages"]:
-        state.begin("messages")
-        build_messages()
-        state.finish("messages", keys["messages"])
+    build_and_compile(state, keys)
+
+
+def build_and_compile(state: State, keys: dict[str, str]) -> None:
+    """Do the last two steps side by side, if they are to be done."""
+    compiling = None
     if state.done.get("kernels") != keys["kernels"]:
         state.begin("kernels")
-        if compile_kernels():
-            state.finish("kernels", keys["kernels"])
+        compiling = begin_kernels()
+    try:
+        if state.done.get("messages") != keys["messages"]:
+            state.begin("messages")
+            build_messages()
+            state.finish("messages", keys["messages"])
+    except BaseException:
+        if compiling is not None:
+            compiling.stop()
+        raise
+    if compiling is not None and finish_kernels(compiling):
+        state.finish("kernels", keys["kernels"])
 
 
 def main() -> int:

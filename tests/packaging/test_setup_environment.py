@@ -110,10 +110,14 @@ def make(ros):
 setup.make_virtual_environment = make
 setup.install_packages = tell('packages')
 setup.build_messages = tell('messages')
-def compile_kernels():
+class Kernels:
+    def stop(self):
+        print('stopped: kernels')
+def finish_kernels(kernels):
     print('step: kernels')
     return {compiles}
-setup.compile_kernels = compile_kernels
+setup.begin_kernels = Kernels
+setup.finish_kernels = finish_kernels
 """
 
 
@@ -150,6 +154,11 @@ def test_set_up_interrupted_while_installing_starts_again_from_nothing(checkout:
 def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path) -> None:
     steps(checkout, interrupted="messages")
     assert steps(checkout) == ["messages", "kernels"]
+
+
+def test_kernels_end_with_a_set_up_that_is_interrupted(checkout: Path) -> None:
+    prelude = STEPS_THAT_ONLY_TELL.format(interrupted="messages", compiles=True)
+    assert "stopped: kernels" in set_up(checkout, prelude).stdout
 
 
 def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkout: Path) -> None:

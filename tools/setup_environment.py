@@ -130,7 +130,6 @@ def install_packages(ros: str) -> None:
     requirements: list[str | Path]
     pip: list[str | Path]
     pip = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
-    pip += ["--no-compile"]  # most modules are never imported, those that are compile then
     if ros == WHEELS:
         requirements = ["-r", TOOLS / "requirements-ros.txt"]
         name = "ROS 2 and Python packages"

@@ -176,6 +176,12 @@ def test_one_speed_that_fits_far_worse_is_named_alone() -> None:
     assert worst[0] == "driven speed"
 
 
+def test_a_speed_beside_one_that_is_never_read_is_named_alone() -> None:
+    worst = worst_sensor(sensors([1.6, 1.0, 1.0], [0, 2, 3]).fits)
+    assert worst is not None
+    assert worst[0] == "driver speed"
+
+
 def test_a_sensor_by_itself_is_judged_as_a_filter_of_one_sensor() -> None:
     squares = 1.7 * np.random.default_rng(6).chisquare(1, 100)
     fits = SensorFits(["driver speed"], 3.0)

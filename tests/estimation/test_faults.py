@@ -328,5 +328,7 @@ def test_a_loss_that_comes_while_a_sensor_does_not_fit_is_learned_after(
     assert before.estimate.margin.value > truth.margin + 0.15
     for each in (result, undisturbed):
         estimate = each.monitor.estimate
+        if each is undisturbed or sensor == "driven_torque":  # else mu may be what fell
+            assert estimate.mean_tension.value < 385.0, (estimate.mean_tension, estimate.margin)
         assert estimate.margin.value == pytest.approx(truth.margin, abs=0.06)
         assert within(estimate.mean_tension, truth.mean_tension, 3.0)

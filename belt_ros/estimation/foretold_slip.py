@@ -17,8 +17,8 @@ from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
 _MEMORY = 0.2  # [s] in which a reading's weight falls to 1/e
-_UNFORESEEN = 3.0  # deviations of the sum
-_MOST = 5.0  # deviations that one reading counts for: one alone proves nothing
+_UNFORESEEN = 2.0  # deviations of the sum
+_MOST = 4.0  # deviations that one reading counts for: one alone proves nothing
 # Compiled code wants plain integers.
 _DRIVER_SPEED, _DRIVEN_SPEED = int(Index.DRIVER_SPEED), int(Index.DRIVEN_SPEED)
 

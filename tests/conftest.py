@@ -14,6 +14,11 @@ import pytest
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_PYTHON_CHECK_FIELDS"] = "1"
 
+# Read when numpy is imported. Tests run side by side already; threads for matrices of a few dozen
+# rows wait for each other more than they compute (measured: tests of natural modes took twice the
+# processor time).
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+
 # The same examples every time: what fails here fails everywhere.
 hypothesis.settings.register_profile("repeatable", derandomize=True)
 hypothesis.settings.load_profile("repeatable")

@@ -1,5 +1,6 @@
-"""Compile the inner loops into the cache, so that the first run does not wait for them."""
+"""Compile inner loops and modules beforehand, so that no start waits for them."""
 
+import compileall
 import re
 import shutil
 from pathlib import Path
@@ -35,6 +36,8 @@ def main() -> None:
     for _ in range(2):  # the first is there before any motion
         next(samples)
     remove_outdated(Path(CACHE_DIRECTORY))
+    # Where Python is told to write no bytecode, every start would compile all modules anew.
+    compileall.compile_dir(CONFIG.parent / "belt_ros", quiet=1)
 
 
 if __name__ == "__main__":

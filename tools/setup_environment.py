@@ -4,10 +4,10 @@
 Four steps, each done again only when what it depends on has changed:
 
 1. a virtual environment;
-2. ROS 2 as Python wheels (not where a ROS 2 installation is sourced: that one is used), belt_ros
-   in editable form, everything both need;
+2. belt_ros in editable form, ROS 2 as Python wheels (not where a ROS 2 installation is sourced:
+   that one is used), everything both need;
 3. the messages in `msg_defs`, built by colcon and installed into the virtual environment;
-4. the inner loops, compiled into numba's cache while the messages are built.
+4. the inner loops, compiled into numba's cache as soon as belt_ros is there, beside the rest.
 
 `.venv` is thereby a complete ROS 2 prefix, and `ros_environment.py`, which every start of its
 Python imports, sets the variables that sourcing would set. Needs only the standard library.
@@ -125,25 +125,32 @@ def make_virtual_environment(ros: str) -> None:
     run_logged("virtual environment", base_python(), "-m", "venv", *options, VENV)
 
 
-def install_packages(ros: str) -> None:
-    """Install ROS 2 wheels, build tools, and belt_ros with what it needs."""
-    requirements: list[str | Path]
-    pip: list[str | Path]
-    pip = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
-    if ros == WHEELS:
-        requirements = ["-r", TOOLS / "requirements-ros.txt"]
-        name = "ROS 2 and Python packages"
-    else:
+def pip_install(ros: str) -> list[str | Path]:
+    """Return the command that installs, with what it may not change where ROS 2 is sourced."""
+    command: list[str | Path]
+    command = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
+    if ros != WHEELS:
         # The messages of the installation were compiled for its numpy, and run with no other.
         constraints = VENV / "constraints.txt"
         numpy = run_quietly(VENV_PYTHON, "-c", "import numpy; print(numpy.__version__)")
         constraints.write_text(f"numpy=={numpy.stdout.strip()}\n" if numpy.returncode == 0 else "")
-        requirements = ["-c", constraints]
-        name = f"Python packages beside ROS 2 {ros}"
-    run_logged(name, *pip, *requirements, "-r", TOOLS / "requirements-build.txt")
-    # With the setuptools just installed, and in one request with the constraints above.
-    package: list[str | Path] = ["--no-build-isolation", "-e", ".[dev]"]
-    run_logged("belt_ros and its tools", *pip, *requirements, *package)
+        command += ["-c", constraints]
+    return command
+
+
+def install_package(ros: str) -> None:
+    """Install belt_ros with what it computes with, and what builds it."""
+    pip = pip_install(ros)
+    run_logged("build tools", *pip, "-r", TOOLS / "requirements-build.txt")
+    # With the setuptools just installed.
+    run_logged("belt_ros", *pip, "--no-build-isolation", "-e", ".")
+
+
+def install_ros_and_tools(ros: str) -> None:
+    """Install ROS 2 wheels and what tests and checks need, and let the environment find them."""
+    requirements = ["-r", TOOLS / "requirements-ros.txt"] if ros == WHEELS else []
+    name = "ROS 2, tests and checks" if ros == WHEELS else f"tests and checks beside ROS 2 {ros}"
+    run_logged(name, *pip_install(ros), *requirements, "--no-build-isolation", "-e", ".[dev]")
     if ros == WHEELS:
         repair_wheels()
     install_ros_environment(ros)
@@ -218,22 +225,10 @@ def build_messages() -> None:
         raise SetupError(f"{outcome.stderr}\nThe messages were built, but do not load. Log: {LOG}")
 
 
-def begin_kernels() -> Step:
-    """Begin to compile the inner loops, which takes one processor and needs no messages."""
-    return Step(
-        "inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py", log=VENV / "setup-kernels.log"
-    )
-
-
-def finish_kernels(step: Step) -> bool:
-    """Wait for the inner loops; return whether they were compiled."""
-    try:
-        step.wait()
-    except SetupError as error:
-        # Sources in the middle of an edit must not keep anyone from checking and testing them.
-        print(error, "They will be compiled when they are first used.", sep="\n")
-        return False
-    return True
+def compile_kernels() -> Step:
+    """Begin to compile the inner loops."""
+    log = VENV / "setup-kernels.log"
+    return Step("inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py", log=log)
 
 
 # --- How a step is run -------------------------------------------------------------------------
@@ -353,6 +348,41 @@ class State:
         STATE.write_text(json.dumps(self.done, indent=1) + "\n")
 
 
+class Kernels:
+    """The inner loops, which one processor compiles while the other does what comes after."""
+
+    def __init__(self, state: State, key: str) -> None:
+        self._state = state
+        self._key = key
+        self._step: Step | None = None
+
+    def begin(self) -> None:
+        """Begin to compile them, unless that is done or has begun."""
+        if self._step is None and self._state.done.get("kernels") != self._key:
+            self._state.begin("kernels")
+            self._step = compile_kernels()
+
+    def finish(self) -> None:
+        """Wait for them, if they are being compiled."""
+        step, self._step = self._step, None
+        if step is None:
+            return
+        try:
+            step.wait()
+        except SetupError as error:
+            # Sources in the middle of an edit must not keep anyone from checking and testing them.
+            print(error, "They will be compiled when they are first used.", sep="\n")
+        else:
+            self._state.finish("kernels", self._key)
+
+    def __enter__(self) -> Kernels:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._step is not None:  # what came after them failed
+            self._step.stop()
+
+
 def set_up() -> None:
     """Bring the virtual environment up to date."""
     state = State()
@@ -389,35 +419,29 @@ def set_up() -> None:
         make_virtual_environment(ros)
         state.finish("ros", keys["ros"])
         state.finish("venv", keys["venv"])
-    if state.done.get("packages") != keys["packages"]:
-        state.begin("packages")
-        try:
-            install_packages(ros)
-        except SetupError:
-            # pip that gives up (no network, say) has changed nothing: no reason to start again.
-            state.finish("packages", "failed")
-            raise
-        state.finish("packages", keys["packages"])
-    build_and_compile(state, keys)
-
-
-def build_and_compile(state: State, keys: dict[str, str]) -> None:
-    """Do the last two steps side by side, if they are to be done."""
-    compiling = None
-    if state.done.get("kernels") != keys["kernels"]:
-        state.begin("kernels")
-        compiling = begin_kernels()
-    try:
+    with Kernels(state, keys["kernels"]) as kernels:
+        if state.done.get("packages") != keys["packages"]:
+            install(state, keys["packages"], ros, kernels)
+        kernels.begin()
         if state.done.get("messages") != keys["messages"]:
             state.begin("messages")
             build_messages()
             state.finish("messages", keys["messages"])
-    except BaseException:
-        if compiling is not None:
-            compiling.stop()
+        kernels.finish()
+
+
+def install(state: State, key: str, ros: str, kernels: Kernels) -> None:
+    """Install all packages; begin to compile the inner loops once theirs are there."""
+    state.begin("packages")
+    try:
+        install_package(ros)
+        kernels.begin()
+        install_ros_and_tools(ros)
+    except SetupError:
+        # pip that gives up (no network, say) has changed nothing: no reason to start again.
+        state.finish("packages", "failed")
         raise
-    if compiling is not None and finish_kernels(compiling):
-        state.finish("kernels", keys["kernels"])
+    state.finish("packages", key)
 
 
 def main() -> int:

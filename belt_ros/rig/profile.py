@@ -1,6 +1,7 @@
 """A quantity scripted over time: straight lines between points, held before and after them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +27,9 @@ class Profile:
 
     def at(self, times: _Floats) -> _Floats:
         """Values at `times` (n,); at a step, those after it."""
-        known_times = np.asarray(self.times)
-        known_values = np.asarray(self.values)
+        known_times, known_values = self._points
+        if known_times.size == 1:
+            return np.full_like(times, known_values[0])
         after = np.searchsorted(known_times, times, side="right")
         left = np.maximum(after - 1, 0)
         right = np.minimum(after, known_times.size - 1)
@@ -37,6 +39,10 @@ class Profile:
         )
         values: _Floats = known_values[left] + share * (known_values[right] - known_values[left])
         return values
+
+    @cached_property
+    def _points(self) -> tuple[_Floats, _Floats]:
+        return np.array(self.times, dtype=float), np.array(self.values, dtype=float)
 
     def with_ramp(self, start: float, target: float, duration: float) -> "Profile":
         """Return this profile with a ramp to `target` from `start` [s] on, lasting `duration` [s].

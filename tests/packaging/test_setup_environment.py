@@ -108,16 +108,19 @@ def make(ros):
     setup.VENV_PYTHON.touch()
     print('step: venv')
 setup.make_virtual_environment = make
-setup.install_packages = tell('packages')
+setup.install_package = tell('package')
+setup.install_ros_and_tools = tell('tools')
 setup.build_messages = tell('messages')
-class Kernels:
+class Compiling:
+    def __init__(self):
+        print('begun: kernels')
     def stop(self):
         print('stopped: kernels')
-def finish_kernels(kernels):
-    print('step: kernels')
-    return {compiles}
-setup.begin_kernels = Kernels
-setup.finish_kernels = finish_kernels
+    def wait(self):
+        print('step: kernels')
+        if not {compiles}:
+            raise setup.SetupError('no such kernel')
+setup.compile_kernels = Compiling
 """
 
 
@@ -129,7 +132,7 @@ def steps(checkout: Path, interrupted: str = "", *, compiles: bool = True) -> li
 
 
 def test_second_set_up_has_nothing_to_do(checkout: Path) -> None:
-    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
+    assert steps(checkout) == ["venv", "package", "tools", "messages", "kernels"]
     assert steps(checkout) == []
 
 
@@ -138,7 +141,7 @@ def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path)
     (checkout / "msg_defs" / "New.msg").write_text("float64 x\n")
     assert steps(checkout) == ["messages"]
     (checkout / "setup.py").write_text("# changed\n")
-    assert steps(checkout) == ["packages"]
+    assert steps(checkout) == ["package", "tools"]
     (checkout / "belt_ros" / "arc.py").write_text("@compiled\ndef arc(): ...\n")
     assert steps(checkout) == ["kernels"]
     (checkout / "belt_ros" / "table.py").write_text("changed\n")
@@ -147,8 +150,8 @@ def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path)
 
 
 def test_set_up_interrupted_while_installing_starts_again_from_nothing(checkout: Path) -> None:
-    assert steps(checkout, interrupted="packages") == ["venv", "packages"]
-    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
+    assert steps(checkout, interrupted="tools") == ["venv", "package", "tools"]
+    assert steps(checkout) == ["venv", "package", "tools", "messages", "kernels"]
 
 
 def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path) -> None:
@@ -156,9 +159,17 @@ def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path
     assert steps(checkout) == ["messages", "kernels"]
 
 
-def test_kernels_end_with_a_set_up_that_is_interrupted(checkout: Path) -> None:
-    prelude = STEPS_THAT_ONLY_TELL.format(interrupted="messages", compiles=True)
+@pytest.mark.parametrize("step", ["tools", "messages"])
+def test_kernels_end_with_a_set_up_that_is_interrupted(checkout: Path, step: str) -> None:
+    prelude = STEPS_THAT_ONLY_TELL.format(interrupted=step, compiles=True)
     assert "stopped: kernels" in set_up(checkout, prelude).stdout
+
+
+def test_kernels_are_compiled_beside_all_that_comes_after_the_package(checkout: Path) -> None:
+    prelude = STEPS_THAT_ONLY_TELL.format(interrupted="", compiles=True)
+    told = [line.split()[-1] for line in set_up(checkout, prelude).stdout.splitlines()[1:]]
+
+    assert told == ["venv", "package", "kernels", "tools", "messages", "kernels"]
 
 
 def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkout: Path) -> None:

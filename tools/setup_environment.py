@@ -148,6 +148,7 @@ def install_package(ros: str) -> None:
 
 def install_ros_and_tools(ros: str) -> None:
     """Install ROS 2 wheels and what tests and checks need, and let the environment find them."""
+    requirements: list[str | Path]
     requirements = ["-r", TOOLS / "requirements-ros.txt"] if ros == WHEELS else []
     name = "ROS 2, tests and checks" if ros == WHEELS else f"tests and checks beside ROS 2 {ros}"
     run_logged(name, *pip_install(ros), *requirements, "--no-build-isolation", "-e", ".[dev]")
@@ -395,13 +396,13 @@ def set_up() -> None:
     hook = TOOLS / "ros_environment.py"
     sources = sorted(file for file in MESSAGES.rglob("*") if file.is_file())
     modules = sorted((ROOT / "belt_ros").rglob("*.py"))
-    kernels = [file for file in modules if b"compiled" in file.read_bytes()]
+    loops = [file for file in modules if b"compiled" in file.read_bytes()]
     keys = {
         "ros": ros,
         "venv": f"{base_python()} {platform.python_version()} in {ROOT}",
         "packages": fingerprint(ROOT / "setup.py", ROOT / "setup.cfg", hook, *requirements),
         "messages": fingerprint(*requirements, *sources),
-        "kernels": fingerprint(TOOLS / "compile_kernels.py", *kernels),
+        "kernels": fingerprint(TOOLS / "compile_kernels.py", *loops),
     }
     if state.done == keys and VENV_PYTHON.exists():
         print("The environment is up to date: .venv")

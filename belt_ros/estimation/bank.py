@@ -7,10 +7,10 @@ all members at once. With one member it is the stock class, to rounding.
 import math
 
 import numpy as np
-from filterpy.kalman import UnscentedKalmanFilter
 from numpy.typing import NDArray
 
 from belt_ros.estimation.backward import cross_covariance
+from belt_ros.estimation.lean_filterpy import UnscentedKalmanFilter
 from belt_ros.estimation.load_sensors import load_readings, observe
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import (

@@ -20,7 +20,7 @@ demo: setup  ## run the demonstration; BAG=<bag> CONFIG=<yaml> for your own data
 	@$(VENV)/belt demo $(if $(BAG),--bag "$(BAG)") $(if $(CONFIG),--config "$(CONFIG)")
 
 test: setup  ## run all tests; PYTEST_ARGS="-k alarm" for some of them
-	@$(VENV)/python -m pytest -n 3 --dist loadscope $(PYTEST_ARGS)
+	@$(VENV)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
 lint: setup  ## check style, types and the direction of imports
 	@$(VENV)/ruff check .

@@ -23,7 +23,35 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 hypothesis.settings.register_profile("repeatable", derandomize=True)
 hypothesis.settings.load_profile("repeatable")
 
+# Files whose tests take seconds each, for they play in real time or simulate minutes. They come
+# first, those that wait beside those that compute, so that no worker ends long after the others.
+_LONG = (
+    "test_fault_suite",
+    "test_estimation_slice",
+    "test_steady_load",
+    "test_rig_outputs",
+    "test_cluster",
+    "test_kept_memory",
+    "test_sensors_in_filter",
+    "test_play",
+    "test_running_fleet",
+    "test_several_drives",
+    "test_estimation_life",
+    "test_demo",
+    "test_process",
+    "test_monitor_life",
+    "test_rig_node",
+    "test_lifecycle",
+    "test_alarm_hours",
+    "test_with_rig",
+)
+
 _DOMAINS = range(1, 101)  # above these, DDS ports meet those that Linux hands out by itself
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    places = {name: place for place, name in enumerate(_LONG)}
+    items.sort(key=lambda item: places.get(item.path.stem, len(places)))
 
 
 @contextmanager

@@ -12,7 +12,8 @@ import numpy as np
 from belt_ros.estimation.condensing import condensed
 from belt_ros.estimation.gaussian_sum import Component, normalised
 
-_BRANCH_EVERY = 1.0  # [s]
+_BRANCH_WHILE_SETTLED = 1.0  # [s]; traction is unlikely to be changing
+_BRANCH_WHILE_CHANGING = 0.1  # [s]
 _BRANCHES = 6  # members, at most, in which a mode changes into the other
 UNLIKELY = 0.02  # weight of a mode, below which it is held by no more members than that
 _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
@@ -21,17 +22,25 @@ _CHANGE_END_RATE = 0.5  # at which a change of traction ends [1/s]
 def due(components: list[Component], elapsed: float) -> bool:
     """Whether members should change modes, `elapsed` [s] after some last did.
 
-    It is so as soon as a mode has no member left.
+    It is so as soon as a mode has no member left. While traction may be changing, it may come to
+    rest at any moment: members that rest foretell readings far better than those that change, and
+    one that came to rest too early or with too little lost would be all that is left to believe,
+    had those that are right to wait for their turn.
     """
-    alone = all(component.changing is components[0].changing for component in components)
-    return alone or elapsed >= _BRANCH_EVERY
+    if all(component.changing is components[0].changing for component in components):
+        return True
+    settled = _share_changing(components) < UNLIKELY
+    return elapsed >= (_BRANCH_WHILE_SETTLED if settled else _BRANCH_WHILE_CHANGING)
+
+
+def _share_changing(components: list[Component]) -> float:
+    weights = normalised(np.array([component.log_weight for component in components]))
+    return float(np.sum(weights[[component.changing for component in components]]))
 
 
 def parted(components: list[Component]) -> tuple[list[Component], list[Component]]:
     """Part members into those of modes that are likely, and those of one that is not."""
-    weights = normalised(np.array([component.log_weight for component in components]))
-    changing = np.array([component.changing for component in components])
-    share = float(np.sum(weights[changing]))
+    share = _share_changing(components)
     if UNLIKELY <= share <= 1.0 - UNLIKELY:
         return components, []
     unlikely = share < UNLIKELY

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments
-from belt_ros.estimation.modes import few, parted
+from belt_ros.estimation.modes import due, few, parted
 
 STATES, AXES = 4, (1, 2)
 
@@ -57,3 +57,17 @@ def test_only_a_mode_that_is_unlikely_is_told_apart(changing: bool) -> None:
     assert parted(rest + small) == (rest, small)
     assert parted(rest + large) == (rest + large, [])
     assert parted(rest) == (rest, [])
+
+
+@pytest.mark.parametrize(("share", "every"), [(0.001, 1.0), (0.05, 0.1), (0.999, 0.1)])
+def test_members_change_modes_more_often_while_traction_may_be_changing(
+    share: float, every: float
+) -> None:
+    both = members(9, share, changing=True) + members(9, 1.0 - share, changing=False)
+    assert due(both, every)
+    assert not due(both, 0.9 * every)
+
+
+def test_a_mode_without_members_gets_some_at_once() -> None:
+    assert due(members(3, 1.0, changing=False), 0.0)
+    assert due(members(3, 1.0, changing=True), 0.0)

@@ -72,7 +72,7 @@ setup(
             "mypy",
             "pytest",
             "pytest-timeout",
-            "pytest-xdist",
+            "pytest-xdist>=3.8",
             "ruff",
             "selenium",
             "dask",

@@ -10,6 +10,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
+_KALMAN = "filterpy.kalman"
 _STATISTICS = "filterpy.stats"
 
 
@@ -22,20 +23,19 @@ def _logpdf(*arguments: Any, **options: Any) -> Any:
     return _statistics("logpdf")(*arguments, **options)
 
 
-def _unscented_filter() -> Any:
+def _kalman() -> ModuleType:
+    """Import `filterpy.kalman`, the statistics only where they are loaded already."""
     if "filterpy" in sys.modules or "scipy.stats" in sys.modules:
-        from filterpy.kalman import UnscentedKalmanFilter  # noqa: PLC0415
-
-        return UnscentedKalmanFilter
+        return importlib.import_module(_KALMAN)
     stand_in = ModuleType(_STATISTICS)
     vars(stand_in).update(logpdf=_logpdf)
     sys.modules[_STATISTICS] = stand_in
     try:
-        from filterpy.kalman import UnscentedKalmanFilter  # noqa: PLC0415
+        return importlib.import_module(_KALMAN)
     finally:
         del sys.modules[_STATISTICS]
-    vars(stand_in).update(__getattr__=_statistics)  # for who finds it as an attribute of filterpy
-    return UnscentedKalmanFilter
+        # For who finds it as an attribute of filterpy; while importing, it would find itself.
+        vars(stand_in).update(__getattr__=_statistics)
 
 
-UnscentedKalmanFilter = _unscented_filter()
+UnscentedKalmanFilter = _kalman().UnscentedKalmanFilter

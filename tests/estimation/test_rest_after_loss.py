@@ -22,5 +22,5 @@ def test_margin_and_tension_are_no_surer_than_the_data_allow(run: Runner, seed: 
 
     for seconds in (6.5, 7.0, 8.0):
         estimate, truth = lost.at(seconds)
-        assert within(estimate.margin, truth.margin, 2.5), seconds
-        assert within(estimate.mean_tension, truth.mean_tension, 2.5), seconds
+        assert within(estimate.margin, truth.margin, 2.0), seconds
+        assert within(estimate.mean_tension, truth.mean_tension, 1.5), seconds

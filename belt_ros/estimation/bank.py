@@ -22,12 +22,14 @@ from belt_ros.estimation.state import (
     read,
     step_direction,
 )
+from belt_ros.estimation.torque_told import NOTHING_READ, Torques, give_back, moved_along, told
 from belt_ros.estimation.unscented import (
     GradedSigmaPoints,
+    columns_along,
     mean_and_deviation,
     moments,
+    points_about,
     sigma_points,
-    sigma_points_along,
     take_in,
     upper_root,
 )
@@ -71,9 +73,10 @@ def _predict_members(
     spread: _Floats,
     weights: _Floats,
     dt: float,
+    torques: Torques,
     crosses: _Floats,
 ) -> tuple[_Floats, _Floats]:
-    """Fade and move each member by the process of its mode.
+    """Fade and move each member by the process of its mode, by points laid where torques tell.
 
     Covariances across the motion are written to `crosses` (members, n, n), unless it is empty.
     """
@@ -90,12 +93,18 @@ def _predict_members(
             for j in range(n):
                 p[i, j] = covariance[k, i, j] * memory[i] * memory[j]
                 p[i, j] += process.covariance_before[i, j]
-        along = step_direction(c, mean, dt)
-        points = sigma_points_along(mean, p, order, spread, _PULL, along)
+        known = told(mean, p, torques)
+        along = step_direction(c, known.mean, dt)
+        columns = columns_along(known.covariance, order, _PULL, along)
+        points = points_about(known.mean, columns, spread)
         moved = propagate(c, points, dt)
         x_out[k], p_out[k] = moments(moved, weights, process.variance_after)
         if crosses.shape[0] > 0:
-            crosses[k] = cross_covariance(points, mean, moved, x_out[k], weights)
+            crosses[k] = cross_covariance(points, known.mean, moved, x_out[k], weights)
+        rows = moved_along(known, columns, order, spread, _PULL, along, moved)
+        give_back(known, rows, x_out[k], p_out[k])
+        if crosses.shape[0] > 0:
+            crosses[k] += known.taken.T @ rows
     return x_out, p_out
 
 
@@ -235,11 +244,13 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
         processes: tuple[Process, Process],
         mode: _Places,
         *,
+        torques: Torques = NOTHING_READ,
         crosses: bool = False,
     ) -> _Floats:
         """Advance every member by `dt` [s], by the process that its `mode`, 0 or 1, says.
 
-        What fades does so first, and takes part in the motion that follows.
+        What fades does so first, and takes part in the motion that follows. `torques` at the end of
+        the step are not taken in, but say where the model is to be made straight.
 
         Returns
         -------
@@ -259,6 +270,7 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
             POINTS.spread,
             POINTS.Wm,
             dt,
+            torques,
             across,
         )
         return across

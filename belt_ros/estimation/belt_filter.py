@@ -331,6 +331,14 @@ class BeltFilter:
         speed = abs(float(self.x[Index.DRIVER_SPEED])) * self.constants.driver_radius
         return self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
 
+    def disregard(self) -> None:
+        """Stay where `predict` has led, but by nothing of its measurement, which is not believed.
+
+        Not even by where that has made the model straight, see `torque_told`.
+        """
+        if (step := self._recent.take_back()) is not None:
+            self._recent.append(self._stepping.unread(step))
+
     def update(self) -> tuple[float, int]:
         """Take in the measurement that the filter was advanced to by `predict`.
 

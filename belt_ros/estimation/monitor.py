@@ -350,6 +350,7 @@ class BeltMonitor:
         """Move the filter by `dt` [s] and take the measurement in, unless it is impossible."""
         innovation = self._filter.predict(measurement)
         if not innovation <= _GATE:
+            self._filter.disregard()
             self._gated += 1
             if self._gated <= _GATED_AT_MOST or not self._filter.resume(measurement):
                 return Rejection.GATED

@@ -13,6 +13,7 @@ from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normali
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Members
+from belt_ros.estimation.torque_told import Torques
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
@@ -100,9 +101,11 @@ class Population:
         """Fade every member by the process of its mode, without any motion."""
         self._bank.fade(processes, self._changing)
 
-    def predict(self, dt: float, processes: tuple[Process, Process], *, crosses: bool) -> _Floats:
+    def predict(
+        self, dt: float, processes: tuple[Process, Process], torques: Torques, *, crosses: bool
+    ) -> _Floats:
         """Advance every member by the process of its mode, see `UnscentedBank.predict`."""
-        return self._bank.predict(dt, processes, self._changing, crosses=crosses)
+        return self._bank.predict(dt, processes, self._changing, torques=torques, crosses=crosses)
 
     def compare(self, sensed: Sensed) -> _Floats:
         """Compare with readings; return the squared surprise of the sum at each of them."""

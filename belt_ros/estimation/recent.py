@@ -67,6 +67,10 @@ class RecentSteps:
         if len(self._steps) > _WINDOW:
             self._settle(self._steps.popleft())
 
+    def take_back(self) -> Step | None:
+        """Take out the last step, unless it is final."""
+        return self._steps.pop() if self._steps else None
+
     def take_in(self) -> None:
         """Note that what was sensed at the last step has been taken in."""
         if self._steps:

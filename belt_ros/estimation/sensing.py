@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from belt_ros.estimation.assumptions import SensorNoise
 from belt_ros.estimation.measurement import Measurement, Sensor, sensor_variances
 from belt_ros.estimation.state import Index
+from belt_ros.estimation.torque_told import Torques
 from belt_ros.estimation.travel import Travel
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -46,6 +47,12 @@ class Sensed(NamedTuple):
     loads: _Floats  # (3,) hub loads and span tension, NaN where none is to be taken in [N]
     load_variances: _Floats  # (3,)
     change: float = math.nan  # see `Measurement`
+
+    @property
+    def torques(self) -> Torques:
+        """Readings of the torques."""
+        there = (self.places == Index.DRIVER_TORQUE) | (self.places == Index.DRIVEN_TORQUE)
+        return Torques(self.z[there], self.variance[there], self.places[there])
 
     def part(self, begin: int, end: int | None) -> "Sensed":
         """Return this with only some of the readings of states."""

@@ -92,7 +92,8 @@ class Stepping:
         before = population.members()
         change = dt if math.isnan(sensed.change) else sensed.change
         processes = drift_processes(self.wander, self._constants, activity, undeveloped, dt, change)
-        crosses = population.predict(dt, processes, crosses=self._recent.recorder is not None)
+        recorded = self._recent.recorder is not None
+        crosses = population.predict(dt, processes, sensed.torques, crosses=recorded)
         self.surprises = population.compare(sensed)
         self.seen = sensed.places
         moved = Moved(population.means, population.covariances, crosses)
@@ -104,6 +105,12 @@ class Stepping:
         self._population.update(sensed)
         self._population.weigh(self._population.squared)
         self._load_cells.take_in(self._population, sensed)
+
+    def unread(self, step: Step) -> Step:
+        """Move as in the last step, but as if nothing had been sensed at its end."""
+        self._population.go_back(step.before)
+        nothing = step.sensed.part(0, 0)
+        return self._moved(step.stamp_ns, step.dt, nothing, step.undeveloped, step.activity)
 
     def rewind(self, activity: Activity) -> None:
         """Repeat the last steps with the load's present activity, if it was taken for calmer.

@@ -86,7 +86,8 @@ def _root(p: _Floats, order: _Places) -> _Floats:
 
 
 @compiled
-def _points(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
+def points_about(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
+    """Points (2 n + 1, n): x, and x +- sqrt(spread[k]) times each of the `columns`, a row each."""
     n = x.shape[0]
     points = np.empty((2 * n + 1, n))
     points[0] = x
@@ -105,14 +106,12 @@ def sigma_points(x: _Floats, covariance: _Floats, order: _Places, spread: _Float
     The factor is taken in `order`: its first column is the whole of the first state in it, with all
     that goes with it, the second what is left of the second, and so on.
     """
-    return _points(x, _root(covariance, order), spread)
+    return points_about(x, _root(covariance, order), spread)
 
 
 @compiled
-def sigma_points_along(
-    x: _Floats, covariance: _Floats, order: _Places, spread: _Floats, at: int, along: _Floats
-) -> _Floats:
-    """As `sigma_points`, taking a sum of states in place of the state `at`.
+def columns_along(covariance: _Floats, order: _Places, at: int, along: _Floats) -> _Floats:
+    """Columns (n, n), a row each, of the Cholesky factor that has a sum in place of state `at`.
 
     `along` (n,) says how often each state counts in the sum, `at` once. Columns after that of `at`
     leave the sum as it is.
@@ -124,7 +123,7 @@ def sigma_points_along(
         for i in range(along.shape[0]):
             others += along[i] * column[i]
         column[at] -= others
-    return _points(x, columns, spread)
+    return columns
 
 
 @compiled
@@ -210,7 +209,7 @@ class GradedSigmaPoints:
     squared_distances : sequence of float
         For the first states in `order`, in variances. The other states share what weight is left.
     at : int
-        A state in whose place a sum of states is taken, see `sigma_points_along` ...
+        A state in whose place a sum of states is taken, see `columns_along` ...
     along : callable, optional
         ... from a state (n,) to that sum's coefficients (n,), 1 for `at`. Without it, the state
         itself is taken.
@@ -249,4 +248,5 @@ class GradedSigmaPoints:
         if self._along is None:
             return sigma_points(x, covariance, self.order, self.spread)
         along = self._along(x)
-        return sigma_points_along(x, covariance, self.order, self.spread, self._at, along)
+        columns = columns_along(covariance, self.order, self._at, along)
+        return points_about(x, columns, self.spread)

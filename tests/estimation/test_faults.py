@@ -208,8 +208,8 @@ def test_a_spike_is_over_with_the_next_samples(outcome, sensor, value, rejection
     [
         (5.0, {"OUT_OF_ORDER": 4}, 1, 0.05),  # believed; back again it starts all anew
         (-5.0, {"OUT_OF_ORDER": 4}, 1, 0.05),
-        (0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES, "GATED": 1}, 0, 0.51),  # until time has caught up
-        (-0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES, "GATED": 1}, 0, 0.05),
+        (0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES}, 0, 0.51),  # until time has caught up
+        (-0.5, {"OUT_OF_ORDER": JUMPED_SAMPLES}, 0, 0.05),
     ],
 )
 def test_a_clock_that_jumps_there_and_back_is_survived(

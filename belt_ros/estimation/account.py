@@ -22,7 +22,6 @@ from belt_ros.estimation.state import Index, Reading
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
-_LEARNED = 0.5  # of the prior's standard deviation
 
 
 class Account:
@@ -124,6 +123,6 @@ class Account:
         return self._lost_travel.total
 
     def _knowledge(self, view: View, place: Index) -> Knowledge:
-        prior = float(self._filter.prior_stddev[place])
-        learned = view.state(place).stddev < _LEARNED * prior
-        return Knowledge.LEARNED if learned else Knowledge.AT_PRIOR
+        f = self._filter
+        prior = Quantity(float(f.prior_mean[place]), float(f.prior_stddev[place]))
+        return view.knowledge(place, prior)

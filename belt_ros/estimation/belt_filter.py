@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.ageing import aged
 from belt_ros.estimation.assumptions import Drift, Prior, SensorNoise
+from belt_ros.estimation.description import View
 from belt_ros.estimation.estimate import LostTraction
 from belt_ros.estimation.first_readings import FirstReadings
 from belt_ros.estimation.foretold_slip import ForetoldSlip
@@ -374,15 +375,17 @@ class BeltFilter:
             self._since_branch = 0.0
         self._population.adopt(components)
 
-    def readings(self, slowest: float) -> Readings:
-        """Read off what `state.Reading` lists, by unscented transform of every member that counts.
+    def view(self, slowest: float) -> View:
+        """Look at what is known; read off by unscented transform of every member that counts.
 
         `slowest` is the rim speed [m/s] below which slip is referred to it.
         """
         population = self._population
         shown = np.flatnonzero(population.weights >= _READ_ABOVE)
         weights = population.weights[shown]
-        return Readings(weights / weights.sum(), *population.read(shown, slowest))
+        readings = Readings(weights / weights.sum(), *population.read(shown, slowest))
+        members = population.weights, population.means, population.covariances
+        return View(*members, (population.mean, population.covariance), readings)
 
     def lost_traction(self, reference: Reference) -> LostTraction:
         """Probabilities that traction has been lost since a reference, and to what."""

@@ -140,7 +140,7 @@ class Credence:
         f = self._filter
         if self.doubted and self._earlier:
             return self._reader.view(self._either(decided(f.belief())), slowest)
-        return View(f.x, f.covariance, f.readings(slowest))
+        return f.view(slowest)
 
     def lost_traction(self) -> LostTraction:
         """Return whether traction has been lost; sensors that do not fit have no say in it."""

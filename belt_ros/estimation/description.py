@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.bank import UnscentedBank
-from belt_ros.estimation.estimate import Phase, Quantity, lognormal_quantity
+from belt_ros.estimation.estimate import Knowledge, Phase, Quantity, lognormal_quantity
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
+from belt_ros.estimation.knowledge import knowledge_of
 from belt_ros.estimation.readings import Readings
 from belt_ros.estimation.state import STATES, Index, Reading
 from belt_ros.mechanics.constants import drive_constants
@@ -22,19 +23,34 @@ class View:
 
     Parameters
     ----------
-    x, covariance : ndarray
-        Mean (12,) and covariance (12, 12).
+    weights, means, covariances : ndarray
+        Of a Gaussian sum over the state: (k,), summing to one, (k, 12) and (k, 12, 12).
+    moments : tuple of ndarray
+        Mean (12,) and covariance (12, 12) of it all.
     readings : Readings
     """
 
-    def __init__(self, x: _Floats, covariance: _Floats, readings: Readings) -> None:
+    def __init__(
+        self,
+        weights: _Floats,
+        means: _Floats,
+        covariances: _Floats,
+        moments: tuple[_Floats, _Floats],
+        readings: Readings,
+    ) -> None:
         self.readings = readings
+        self._members = weights, means, covariances
+        mean, covariance = moments
         deviations = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
-        self._states = [*map(Quantity, x.tolist(), deviations.tolist())]
+        self._states = [*map(Quantity, mean.tolist(), deviations.tolist())]
 
     def state(self, place: Index) -> Quantity:
         """Mean and standard deviation of one state."""
         return self._states[place]
+
+    def knowledge(self, place: Index, prior: Quantity) -> Knowledge:
+        """Return whether data have told one state, whose `prior` has this mean and deviation."""
+        return knowledge_of(self._states[place], prior, int(place), *self._members)
 
 
 class Description(TypedDict):
@@ -119,6 +135,6 @@ class BeliefReader:
         weights = normalised(np.array([member.log_weight for member in belief]))
         self._bank.x = np.stack([member.mean for member in belief])
         self._bank.P = np.stack([member.covariance for member in belief])
-        x, covariance = mixture_moments(weights, self._bank.x, self._bank.P)
+        members = weights, self._bank.x, self._bank.P
         rows = self._bank.read(np.arange(len(belief)), slowest)
-        return View(x, covariance, Readings(weights, *rows))
+        return View(*members, mixture_moments(*members), Readings(weights, *rows))

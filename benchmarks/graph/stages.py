@@ -126,7 +126,7 @@ def _walk_filter(
         return
     watch.time(_PREDICT, alone.predict, measurement)
     watch.time(_UPDATE, alone.update)
-    watch.time(_READ, alone.readings, slowest)
+    watch.time(_READ, alone.view, slowest)
 
 
 def stage_verdicts(rows: list[Stage]) -> list[str]:

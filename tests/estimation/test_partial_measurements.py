@@ -74,7 +74,7 @@ def known(settings: DriveSettings, pattern: Pattern, seed: int) -> Known:
         else:
             begun = belt_filter.start(partial)
         true_slip = truth.slip
-    slip = belt_filter.readings(0.02).quantity(Reading.SLIP)
+    slip = belt_filter.view(0.02).readings.quantity(Reading.SLIP)
 
     def off(place: Index, true: float) -> tuple[float, float]:
         error = float(belt_filter.x[place]) - math.log(true)

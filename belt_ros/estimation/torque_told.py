@@ -22,6 +22,7 @@ from belt_ros.mechanics._compile import compiled
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
 _UNBELIEVABLE = 16.0  # innovation squared over its variance, from which a reading lays no points
+_TELLING = 0.1  # share of that variance which is not the reading's own; with less, it tells little
 
 
 class Torques(NamedTuple):
@@ -46,14 +47,15 @@ NOTHING_READ = Torques(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
 
 @compiled
 def told(mean: _Floats, covariance: _Floats, torques: Torques) -> Told:
-    """Take the readings into a state (n,) with its covariance, but for unbelievable ones."""
+    """Take readings into a state (n,) with its covariance, if they tell and can be believed."""
     count = torques.z.size
     taken, scores = np.zeros((count, mean.size)), np.zeros(count)
     for r in range(count):
         at = torques.places[r]
         deviation = math.sqrt(covariance[at, at] + torques.variance[r])
         score = (torques.z[r] - mean[at]) / deviation
-        if score * score < _UNBELIEVABLE:
+        tells = covariance[at, at] > _TELLING * deviation**2
+        if tells and score * score < _UNBELIEVABLE:
             taken[r], scores[r] = covariance[at] / deviation, score
             one = slice(r, r + 1)
             mean, covariance = take_in(

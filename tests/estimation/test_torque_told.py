@@ -76,6 +76,16 @@ def test_a_reading_beyond_belief_lays_no_points() -> None:
     np.testing.assert_array_equal(p_spiked, p)
 
 
+def test_a_reading_of_what_is_known_as_well_lays_no_points() -> None:
+    """While a load stays as it is, points are laid as ever, at no cost."""
+    calm = WIDE.copy()
+    calm[PLACES] = 0.05
+    x, p, _ = moved(None, calm)
+    again, p_again, _ = moved(read(41.1, -41.2), calm)
+    np.testing.assert_array_equal(again, x)
+    np.testing.assert_array_equal(p_again, p)
+
+
 def test_a_state_by_the_readings_and_what_they_took_make_the_whole_again() -> None:
     covariance = np.diag(WIDE**2)
     pull, torque = Index.PULL, Index.DRIVER_TORQUE

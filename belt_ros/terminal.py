@@ -60,7 +60,7 @@ def _summary_table(summary: Summary) -> Table:
             _number(final.value),
             _interval(final),
             final.unit,
-            {"learned": "data", "at_prior": "prior only"}.get(known, ""),
+            {"learned": "data", "at_prior": "prior"}.get(known, ""),
         )
     return table
 

@@ -80,7 +80,7 @@ def _belt(study: Study) -> Iterator[str]:
     ):
         final = summary.group("final").quantity(name)
         learned = knowledge.get(key) == "learned"
-        source = "learned from the data" if learned else "no better than the configuration says"
+        source = "learned from the data" if learned else "told by the data on one side at most"
         yield f"{noun} at the end: {_shown(name, final)} ({source})."
         best = told.best_known(name)
         if best is not None and best.stddev < 0.7 * final.stddev:

@@ -25,6 +25,7 @@ _PLACES = np.array(
     ],
     dtype=np.int64,
 )
+_TORQUES = np.array([Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE + 1])
 _TRAVEL = 4  # place in `_PLACES`, and that of the driver's position among the sensors
 _POSITIONS = slice(Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION + 1)
 _AVERAGED = Sensor.DRIVER_POSITION  # sensors before this one: the error of a mean is less
@@ -51,8 +52,8 @@ class Sensed(NamedTuple):
     @property
     def torques(self) -> Torques:
         """Readings of the torques."""
-        there = (self.places == Index.DRIVER_TORQUE) | (self.places == Index.DRIVEN_TORQUE)
-        return Torques(self.z[there], self.variance[there], self.places[there])
+        begin, end = np.searchsorted(self.places, _TORQUES)  # places ascend
+        return Torques(self.z[begin:end], self.variance[begin:end], self.places[begin:end])
 
     def part(self, begin: int, end: int | None) -> "Sensed":
         """Return this with only some of the readings of states."""

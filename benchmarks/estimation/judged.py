@@ -123,8 +123,8 @@ def judge(
     """Run an estimator over the samples of a drive; judge it at `instants` [s]."""
     waiting = list(instants)
     found: list[tuple[float, Quantities, dict[str, float], float]] = []
-    drive = list(samples)  # simulated before the clock starts; to read that is dear in a sandbox
-    began, judging = 0.0, 0.0
+    drive = list(samples)  # simulated before the clock starts, which is read seldom: it can be dear
+    began, judging = time.process_time(), 0.0
     for number, (measurement, truth) in enumerate(drive):
         if number == _WARM_UP:
             began, judging = time.process_time(), 0.0

@@ -99,9 +99,9 @@ def alarms(run):
 
 def test_lost_tension_is_found_and_warned_of_before_the_belt_slips(failing) -> None:
     estimate, truth = failing.at(8.0)
-    assert estimate.margin.value == pytest.approx(truth.margin, abs=0.04)
+    assert estimate.margin.value == pytest.approx(truth.margin, abs=0.02)
     # A drop of mu would look much the same, so tension is not told better than its deviation says.
-    assert estimate.mean_tension.value == pytest.approx(truth.mean_tension, rel=0.15)
+    assert estimate.mean_tension.value == pytest.approx(truth.mean_tension, rel=0.12)
     assert within(estimate.mean_tension, truth.mean_tension, 1.0)
     first, status = alarms(failing)[1]  # after the first, which says that all is well
     assert 5.5 < first < 6.5

@@ -17,106 +17,34 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
-import hashlib
-import importlib.util
 import json
 import os
 import platform
 import shutil
 import signal
-import subprocess
 import sys
-import sysconfig
-import time
 from pathlib import Path
 
 from ros_environment import completed
+from setup_machine import WHEELS, base_python, check_prerequisites, sourced_distribution
+from setup_state import State, fingerprint
+from setup_steps import (
+    LOG,
+    PATH_VARIABLES,
+    ROOT,
+    VENV,
+    VENV_PYTHON,
+    SetupError,
+    Step,
+    run_logged,
+    run_quietly,
+    venv_paths,
+)
 
-ROOT = Path(__file__).resolve().parent.parent
 TOOLS = ROOT / "tools"
 MESSAGES = ROOT / "msg_defs"
-VENV = ROOT / ".venv"
-VENV_PYTHON = VENV / "bin" / "python"
-LOG = VENV / "setup.log"
-STATE = VENV / "setup.json"
 RECORD = VENV / "ros_environment.json"
-
-OLDEST_PYTHON = (3, 10)
-NEWEST_PYTHON_OF_WHEELS = (3, 14)
-WHEELS = "wheels"
-PATH_VARIABLES = ("AMENT_PREFIX_PATH", "CMAKE_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH")
 ROS_VARIABLES = ("ROS_DISTRO", "ROS_VERSION", "ROS_PYTHON_VERSION")
-
-
-class SetupError(Exception):
-    """What went wrong, in words for the user."""
-
-
-# --- What is here already ----------------------------------------------------------------------
-
-
-def base_python() -> str:
-    """Return the interpreter behind an active virtual environment or a pyenv shim."""
-    name = "python{}.{}".format(*sys.version_info)
-    behind = Path(sys.base_prefix) / "bin" / name
-    return str(behind) if behind.exists() else sys.executable
-
-
-def sourced_distribution() -> str | None:
-    """Return the name of the ROS 2 distribution that is sourced, if it is and works."""
-    if not os.environ.get("AMENT_PREFIX_PATH"):
-        return None
-    distribution = os.environ.get("ROS_DISTRO")
-    if distribution and run_quietly(base_python(), "-c", "import rclpy").returncode == 0:
-        return distribution
-    return None
-
-
-def unsuitable_machine(ros: str) -> str | None:
-    """Return what no package can mend: the wrong Python, system or processor."""
-    python = sys.version_info[:2]
-    here = f"{sys.executable} is {platform.python_version()}"
-    if python < OLDEST_PYTHON:
-        return "Python >= {}.{}; {} (choose with PYTHON=...)".format(*OLDEST_PYTHON, here)
-    if ros != WHEELS:
-        return None
-    system = f"{platform.system()} {platform.machine()}"
-    if system != "Linux x86_64":
-        return f"ROS 2, sourced: its Python wheels are for Linux x86_64, not {system}"
-    if python > NEWEST_PYTHON_OF_WHEELS:
-        newest = "{}.{}".format(*NEWEST_PYTHON_OF_WHEELS)
-        return f"Python <= {newest} for the ROS 2 wheels; {here} (choose with PYTHON=...)"
-    return None
-
-
-def missing_packages() -> dict[str, str]:
-    """Return what is missing in words, each with the system package that brings it."""
-    version = "{}.{}".format(*sys.version_info)
-    # Debian's packages serve Debian's Python; another one is to be completed by its own means.
-    package = f"python{version}" if sys.base_prefix == "/usr" else "python3"
-    missing = {}
-    if not importlib.util.find_spec("venv") or not importlib.util.find_spec("ensurepip"):
-        missing[f"the venv module of Python {version}"] = f"{package}-venv"
-    if not (Path(sysconfig.get_paths()["include"]) / "Python.h").exists():
-        missing[f"the C headers of Python {version} (Python.h)"] = f"{package}-dev"
-    if not shutil.which(os.environ.get("CXX") or "g++"):
-        missing["a C++ compiler (g++)"] = "g++"
-    return missing
-
-
-def check_prerequisites(ros: str) -> None:
-    """Raise SetupError naming what is missing, and how to install it."""
-    unsuitable = unsuitable_machine(ros)
-    if unsuitable:
-        raise SetupError(f"Cannot set up belt_ros here. It needs {unsuitable}.")
-    missing = missing_packages()
-    if missing:
-        names = "\n".join(f"  - {thing}" for thing in missing)
-        install = f"sudo apt install {' '.join(missing.values())}"
-        raise SetupError(f"Cannot set up belt_ros yet. Missing:\n{names}\nInstall:\n  {install}")
-
-
-# --- The four steps ----------------------------------------------------------------------------
 
 
 def make_virtual_environment(ros: str) -> None:
@@ -230,123 +158,6 @@ def compile_kernels() -> Step:
     """Begin to compile the inner loops."""
     log = VENV / "setup-kernels.log"
     return Step("inner loops", VENV_PYTHON, TOOLS / "compile_kernels.py", log=log)
-
-
-# --- How a step is run -------------------------------------------------------------------------
-
-
-def venv_paths() -> dict[str, str]:
-    """Return where the virtual environment keeps headers and modules."""
-    scheme = "venv" if "venv" in sysconfig.get_scheme_names() else "posix_prefix"
-    modules = sysconfig.get_path("purelib", scheme, {"base": str(VENV), "platbase": str(VENV)})
-    return {"include": sysconfig.get_paths()["include"], "purelib": modules}
-
-
-def child_environment() -> dict[str, str]:
-    """Return the caller's environment without traces of another virtual environment or colcon."""
-    environment = dict(os.environ)
-    if environment.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None):
-        for name in PATH_VARIABLES:
-            environment.pop(name, None)
-    for name in list(environment):
-        if name.startswith(("COLCON_", "_BELT_ROS_")) or name in ("VIRTUAL_ENV", "PYTHONHOME"):
-            del environment[name]
-    environment["PATH"] = f"{VENV / 'bin'}{os.pathsep}{environment.get('PATH', os.defpath)}"
-    return environment
-
-
-def run_quietly(*command: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run a command for its answer."""
-    arguments = [str(part) for part in command]
-    environment = child_environment()
-    return subprocess.run(arguments, env=environment, capture_output=True, text=True, check=False)
-
-
-class Step:
-    """A step that has begun, with its output in a log."""
-
-    def __init__(self, name: str, *command: str | Path, log: Path = LOG) -> None:
-        self._name = name
-        self._log = log
-        self._began = time.monotonic()
-        arguments = [str(part) for part in command]
-        with log.open("a") as output:
-            output.write(f"\n$ {' '.join(arguments)}\n")
-            output.flush()
-            # A step that outlives a killed set-up keeps the lock that it inherits.
-            self._process = subprocess.Popen(
-                arguments,
-                cwd=ROOT,
-                env=child_environment(),
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                close_fds=False,
-            )
-
-    def wait(self) -> None:
-        """Show the step's name and how long it takes; raise SetupError where it fails."""
-        moving = sys.stdout.isatty()
-        print(f"  {self._name} ...", end="", flush=True)
-        try:
-            while self._process.poll() is None:
-                with contextlib.suppress(subprocess.TimeoutExpired):
-                    self._process.wait(timeout=1.0)
-                if moving:
-                    print(f"\r  {self._name} ... {self._seconds()} s", end="", flush=True)
-        except BaseException:
-            self.stop()
-            raise
-        if self._process.returncode:
-            print(" failed")
-            last = self._log.read_text(errors="replace").splitlines()[-12:]
-            advice = f"Step '{self._name}' failed. Full log: {self._log}"
-            raise SetupError("\n".join([*last, "", advice]))
-        print(f"\r  {self._name} ..." if moving else "", f"{self._seconds()} s")
-
-    def stop(self) -> None:
-        """End the step, done or not."""
-        self._process.terminate()
-        self._process.wait()
-
-    def _seconds(self) -> int:
-        return round(time.monotonic() - self._began)
-
-
-def run_logged(name: str, *command: str | Path) -> None:
-    """Run one step with its output in the log; show its name and how long it takes."""
-    Step(name, *command).wait()
-
-
-def fingerprint(*files: Path) -> str:
-    """Return a digest of the files' names and contents."""
-    digest = hashlib.sha256()
-    for file in files:
-        name = file.relative_to(ROOT).as_posix()
-        digest.update(b"%s\0%s\0" % (name.encode(), file.read_bytes()))
-    return digest.hexdigest()
-
-
-class State:
-    """The steps that are done, and for what; kept in the virtual environment."""
-
-    def __init__(self) -> None:
-        try:
-            self.done: dict[str, str] = json.loads(STATE.read_text())
-        except (OSError, ValueError):
-            self.done = {}
-
-    def begin(self, step: str) -> None:
-        """Forget a step: should it be interrupted, it counts as not done."""
-        self.done.pop(step, None)
-        self._save()
-
-    def finish(self, step: str, key: str) -> None:
-        """Remember for what a step was done."""
-        self.done[step] = key
-        self._save()
-
-    def _save(self) -> None:
-        STATE.write_text(json.dumps(self.done, indent=1) + "\n")
 
 
 class Kernels:

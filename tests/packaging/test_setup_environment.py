@@ -55,9 +55,10 @@ def test_missing_compiler_is_named_with_the_line_that_installs_it(checkout: Path
 
 def test_all_that_is_missing_is_named_at_once(checkout: Path) -> None:
     prelude = (
-        "setup.importlib.util.find_spec = lambda name: None\n"
-        "setup.sysconfig.get_paths = lambda: {'include': '/nowhere'}\n"
-        "setup.sys.base_prefix = '/usr'"
+        "import importlib.util, sysconfig\n"
+        "importlib.util.find_spec = lambda name: None\n"
+        "sysconfig.get_paths = lambda: {'include': '/nowhere'}\n"
+        "sys.base_prefix = '/usr'"
     )
     result = set_up(checkout, prelude, PATH="", CXX="")
 

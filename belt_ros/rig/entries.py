@@ -92,8 +92,12 @@ def take(rest: dict[str, object], entry: Parameter) -> Any:
     return entry.check(value)
 
 
-def read_event(name: str, given: Mapping[str, object], duration: float) -> Event:
+def read_event(
+    name: str, given: Mapping[str, object], duration: float, *, longest: float | None = None
+) -> Event:
     """Check an event of a run that takes `duration` [s]; errors call it `name`.
+
+    It may take as long as the run does, or as `longest` [s].
 
     Raises
     ------
@@ -107,7 +111,7 @@ def read_event(name: str, given: Mapping[str, object], duration: float) -> Event
     quantity = named[0]
     entry = dataclasses.replace(QUANTITIES[quantity], name=f"{quantity} of {name}")
     target = float(entry.check(rest.pop(quantity)))
-    over = Parameter("over", 0.0, f"how long {name} takes", "s", 0.0, duration)
+    over = Parameter("over", 0.0, f"how long {name} takes", "s", 0.0, longest or duration)
     try:
         event = Event(quantity, take(rest, _at(name, duration)), target, take(rest, over))
     except SettingsError as error:

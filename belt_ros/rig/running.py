@@ -1,7 +1,8 @@
 """A scenario while it runs: its script, its faults, and what is asked of the rig meanwhile.
 
 What is asked for is an entry of the scenario's events or faults in words, without ``at``: it begins
-at once. ``tension=261 over=2`` is an event and holds until it is cleared, whatever the script says;
+at once. ``tension=261 over=2`` is an event and holds until it is cleared, whatever the script says,
+and may take longer than a script that is repeated;
 ``stuck driven_speed duration=5`` is a fault, the kind first and then its sensor.
 """
 
@@ -11,9 +12,9 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.rig.entries import Event, ScenarioError, read_event, read_fault
+from belt_ros.rig.entries import QUANTITIES, Event, ScenarioError, read_event, read_fault
 from belt_ros.rig.faults import Fault, Report, SensorFaults
-from belt_ros.rig.scenario import Scenario
+from belt_ros.rig.scenario import LONGEST, Scenario
 from belt_ros.rig.sensors import JointSample
 from belt_ros.settings import DriveSettings
 
@@ -63,11 +64,18 @@ class RunningScenario:
         self._waiting.clear()
 
     def _begin_again(self) -> None:
+        before, self._present = self._present, self.scenario
         requested, self._requested = self._requested, []
-        self._present = self.scenario
+        end = self.scenario.samples / self.scenario.sample_rate
+        reached = dict(zip(QUANTITIES, before.commands(np.array([end]))[0].tolist(), strict=True))
         for event in requested:
+            begun = Event(event.quantity, 0.0, reached[event.quantity], 0.0)
+            left = max(event.at + event.over - end, 0.0)
+            rest = dataclasses.replace(event, at=0.0, over=left)
             with contextlib.suppress(ScenarioError):
-                self._hold(dataclasses.replace(event, at=0.0, over=0.0))
+                present = self._present.with_event(begun, self._settings)
+                self._present = present.with_event(rest, self._settings)
+                self._requested.append(rest)
 
     def _hold(self, event: Event) -> None:
         self._present = self._present.with_event(event, self._settings)
@@ -96,7 +104,7 @@ class RunningScenario:
         duration = self.scenario.duration
         entry: dict[str, object] = {**_entry(text), "at": min(self._now, duration)}
         if "kind" not in entry:
-            self._hold(read_event("the event", entry, duration))
+            self._hold(read_event("the event", entry, duration, longest=LONGEST))
         elif not self._started:
             self._waiting.append(read_fault("the fault", entry, duration))
         else:

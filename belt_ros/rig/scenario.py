@@ -44,9 +44,9 @@ _Floats = NDArray[np.float64]
 _Group = TypeVar("_Group")
 _MOST_POINTS = 10_000
 _MOST_SAMPLES = 100_000_000
-
+LONGEST = 1e6  # [s] of a scenario, and of a change that is asked for while one runs
 _HEAD = (
-    Parameter("duration", None, "how long it takes", "s", 0.01, 1e6),
+    Parameter("duration", None, "how long it takes", "s", 0.01, LONGEST),
     Parameter("name", "scenario", "name of the scenario"),
     Parameter("sample_rate", 100.0, "joint states per second", "Hz", 0.1, 1e4),
     Parameter("seed", 1.0, "of all random numbers", "-", 0.0, 2.0**32 - 1.0),

@@ -133,6 +133,24 @@ def test_requests_outlast_a_repetition_and_scripted_faults_do_not(settings: Driv
     assert begin.joints.efforts[1] == end.joints.efforts[1]
 
 
+def test_change_on_request_may_take_longer_than_the_script_that_is_repeated(
+    settings: DriveSettings,
+) -> None:
+    script = scenario_from_mapping({**SCRIPT, "duration": 0.49}, settings)  # 0.5 s with a sample
+    running = RunningScenario(script, settings)
+    first = simulate(settings, script, START_NS, running)
+    advance(first, 1)
+    running.request("tension=315 over=1.2")
+    samples = list(first)
+    for begin in (500_000_000, 1_000_000_000):
+        samples += simulate(settings, script, START_NS + begin, running)
+
+    tensions = [sample.truth.mean_tension for sample in samples]
+    times = 0.01 + 0.01 * np.arange(len(tensions))  # since the request
+    np.testing.assert_allclose(tensions, 435.0 - 100.0 * np.minimum(times, 1.2), rtol=1e-9)
+    assert running.clear() == ("tension",)
+
+
 def test_event_under_which_the_script_cannot_begin_again_ends(settings: DriveSettings) -> None:
     script = scenario_from_mapping(
         {"duration": 0.5, "speed": [[0.0, 300.0], [0.2, 300.0], [0.3, 10.0]]}, settings

@@ -76,16 +76,36 @@ def _flatten(mapping: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str
             yield f"{prefix}{key}", value
 
 
-def _unwrap(document: object) -> Mapping[Any, Any]:
-    """Strip a ROS parameter file's node name and `ros__parameters`, if they are there."""
+def _sections(document: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Names of nodes in a ROS parameter file, and the parameters of each."""
+    for name, content in document.items():
+        if isinstance(content, Mapping):
+            if isinstance(content.get("ros__parameters"), Mapping):
+                yield f"{prefix}{name}", content["ros__parameters"]
+            else:
+                yield from _sections(content, f"{prefix}{name}/")
+
+
+def names_belt_node(section: str) -> bool:
+    """Whether a section of a ROS parameter file is for this package's node, or for every node."""
+    return section.rpartition("/")[2] in ("**", "belt_node")
+
+
+def _parameters(document: object) -> dict[str, object]:
+    """Flat parameters of a drive description: of a plain mapping, or as a node would take them."""
     if not isinstance(document, Mapping):
         raise SettingsError("a drive description is a YAML mapping; see config/ for examples")
-    for content in document.values():
-        if isinstance(content, Mapping) and "ros__parameters" in content:
-            inner = content["ros__parameters"]
-            if isinstance(inner, Mapping):
-                return inner
-    return document
+    sections = dict(_sections(document))
+    if not sections:
+        return dict(_flatten(document))
+    own = [name for name in sections if names_belt_node(name)]
+    if not own and len(sections) > 1:
+        raise SettingsError(
+            f"it has parameters for {', '.join(map(str, sections))}, but none for belt_node or /**"
+        )
+    return {
+        name: value for section in own or sections for name, value in _flatten(sections[section])
+    }
 
 
 def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
@@ -176,7 +196,10 @@ def read_parameters(path: str | Path) -> dict[str, object]:
         raise SettingsError(f"cannot read {path}: {error.strerror or error}") from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise SettingsError(f"{path} is no valid YAML: {error}") from error
-    return dict(_flatten(_unwrap(document)))
+    try:
+        return _parameters(document)
+    except SettingsError as error:
+        raise SettingsError(f"{path}: {error}") from error
 
 
 def names_of_drives(values: Mapping[str, object]) -> tuple[str, ...]:

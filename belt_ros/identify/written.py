@@ -9,7 +9,13 @@ import yaml
 
 from belt_ros.identify.result import QUANTITIES, Identified, Interval
 from belt_ros.parameter_table import SettingsError
-from belt_ros.settings import DriveSettings, load_settings, names_of_drives, read_parameters
+from belt_ros.settings import (
+    DriveSettings,
+    load_settings,
+    names_belt_node,
+    names_of_drives,
+    read_parameters,
+)
 from belt_ros.yaml_text import yaml_number
 
 
@@ -120,12 +126,16 @@ def _parameters(text: str) -> yaml.MappingNode:
     root = yaml.compose(text)
     if not isinstance(root, yaml.MappingNode):
         raise SettingsError("a drive description is a YAML mapping; see config/ for examples")
-    for _, content in root.value:
-        if isinstance(content, yaml.MappingNode):
-            for key, inner in content.value:
-                if key.value == "ros__parameters" and isinstance(inner, yaml.MappingNode):
-                    return inner
-    return root
+    sections = [
+        (str(name.value), inner)
+        for name, content in root.value
+        if isinstance(content, yaml.MappingNode)
+        for key, inner in content.value
+        if key.value == "ros__parameters" and isinstance(inner, yaml.MappingNode)
+    ]
+    own = [inner for name, inner in sections if names_belt_node(name)]
+    # The last one has the last word.
+    return (own or [inner for _, inner in sections] or [root])[-1]
 
 
 def _edit(text: str, node: yaml.MappingNode, keys: list[str], value: str) -> _Edit:

@@ -1,0 +1,68 @@
+"""A drive description is what a node would take from the same parameter file."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from belt_ros.identify.written import _edited
+from belt_ros.parameter_table import SettingsError
+from belt_ros.settings import load_settings, read_parameters
+
+CONFIG = Path(__file__).resolve().parents[1] / "config" / "paper_drive.yaml"
+TALKER = {"talker": {"ros__parameters": {"rate": 10}}}
+
+
+def drive() -> dict[str, object]:
+    """Parameters of the paper's drive, which has a prior tension of 435 N."""
+    found = yaml.safe_load(CONFIG.read_text())["/**"]["ros__parameters"]
+    assert isinstance(found, dict)
+    return found
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    return tmp_path / "bring_up.yaml"
+
+
+def tension(file: Path, *sections: dict[str, object]) -> float:
+    """Prior tension of a file with these sections, one after the other."""
+    file.write_text("".join(yaml.safe_dump(section) for section in sections))
+    return load_settings(file).prior.tension
+
+
+@pytest.mark.parametrize("name", ["belt_node", "/belt_node", "/cell_3/belt_node", "/**/belt_node"])
+def test_parameters_of_the_node_go_before_those_of_every_node(file: Path, name: str) -> None:
+    own = {name: {"ros__parameters": {"prior": {"tension": 777.0}}}}
+    assert tension(file, {"/**": {"ros__parameters": drive()}}, own) == 777.0
+
+
+def test_parameters_of_a_namespace_are_found(file: Path) -> None:
+    assert tension(file, {"cell_3": {"belt_node": {"ros__parameters": drive()}}}, TALKER) == 435.0
+
+
+@pytest.mark.parametrize("name", ["/**", "belt_node"])
+def test_other_nodes_may_be_in_the_same_file(file: Path, name: str) -> None:
+    assert tension(file, TALKER, {name: {"ros__parameters": drive()}}) == 435.0
+
+
+def test_what_every_node_has_may_stand_apart(file: Path) -> None:
+    common = {"/**": {"ros__parameters": {"use_sim_time": True}}}
+    assert tension(file, common, {"belt_node": {"ros__parameters": drive()}}) == 435.0
+
+
+def test_a_node_of_another_name_may_be_alone(file: Path) -> None:
+    assert tension(file, {"press_belt": {"ros__parameters": drive()}}) == 435.0
+
+
+def test_file_for_other_nodes_only_is_refused_with_their_names(file: Path) -> None:
+    with pytest.raises(SettingsError, match=r"bring_up.yaml: .*talker, listener, .*belt_node"):
+        tension(file, TALKER, {"listener": {"ros__parameters": {"rate": 1}}})
+
+
+def test_values_are_edited_where_they_have_the_last_word(file: Path) -> None:
+    both = {"/**": {"ros__parameters": drive()}} | {
+        "belt_node": {"ros__parameters": {"prior": {"tension": 777.0}}}
+    }
+    file.write_text(_edited(yaml.safe_dump(both, sort_keys=False), {"prior.tension": "500.0"}))
+    assert read_parameters(file)["prior.tension"] == 500.0

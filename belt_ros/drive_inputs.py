@@ -4,7 +4,7 @@ Messages are read by their fields' names alone, so that those of rclpy and of ro
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,7 @@ from belt_ros.estimation import Joint, Measurement, Rejection, measurement_from_
 from belt_ros.estimation.measurement import of_others
 from belt_ros.node_tables import UNIT_PARAMETERS, InputKind
 from belt_ros.parameter_table import SettingsError
-from belt_ros.settings import names_of_drives, read_parameters
+from belt_ros.settings import DriveSettings, names_of_drives, read_parameters
 from belt_ros.several_drives import values_of_drive
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -83,6 +83,27 @@ def load_inputs(path: str | Path, drive: str = "") -> InputSettings:
         return inputs_from_parameters(values)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from error
+
+
+def refuse_confused(drives: Iterable[tuple[DriveSettings, InputKind]]) -> None:
+    """Raise where two drives could not be told apart: by name, or by the joints that they read.
+
+    Raises
+    ------
+    SettingsError
+    """
+    names: set[str] = set()
+    by_joints: dict[tuple[str, str], str] = {}
+    for drive, kind in drives:
+        if drive.name in names:
+            raise SettingsError(f"name is {drive.name!r} for several drives; give each its own")
+        names.add(drive.name)
+        joints = drive.driver.name, drive.driven.name
+        if kind is InputKind.JOINT_STATE and by_joints.setdefault(joints, drive.name) != drive.name:
+            raise SettingsError(
+                f"{by_joints[joints]} and {drive.name} both read the joints {joints[0]!r} and "
+                f"{joints[1]!r}; set driver.joint and driven.joint of each"
+            )
 
 
 class Feed(NamedTuple):

@@ -129,6 +129,11 @@ def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
             raise SettingsError(f"{name} is missing: {parameter.meaning} [{parameter.unit}]")
         checked[name] = parameter.check(value)
     _check_order(checked)
+    if checked["driver.joint"] == checked["driven.joint"]:
+        raise SettingsError(
+            f"driver.joint and driven.joint are both {checked['driver.joint']!r}; "
+            "a belt runs over two pulleys"
+        )
     groups = {name: _group(name, kind, checked) for name, kind in GROUPS.items()}
     try:
         drive = _drive(checked)

@@ -7,6 +7,7 @@ import yaml
 
 from belt_ros.identify.written import _edited
 from belt_ros.parameter_table import SettingsError
+from belt_ros.replay.drives import load_drives
 from belt_ros.settings import load_settings, read_parameters
 
 CONFIG = Path(__file__).resolve().parents[1] / "config" / "paper_drive.yaml"
@@ -66,3 +67,36 @@ def test_values_are_edited_where_they_have_the_last_word(file: Path) -> None:
     }
     file.write_text(_edited(yaml.safe_dump(both, sort_keys=False), {"prior.tension": "500.0"}))
     assert read_parameters(file)["prior.tension"] == 500.0
+
+
+def several(file: Path, **drives: dict[str, object]) -> Path:
+    """Describe drives like the paper's, each with what is its own."""
+    parameters = {**drive(), "drives": list(drives), **drives}
+    parameters.pop("name", None)
+    file.write_text(yaml.safe_dump({"/**": {"ros__parameters": parameters}}))
+    return file
+
+
+def test_both_pulleys_cannot_be_the_same_joint(file: Path) -> None:
+    with pytest.raises(SettingsError, match=r"driver.joint and driven.joint are both 'roller'"):
+        load_drives(several(file, a={"driver.joint": "roller", "driven.joint": "roller"}))
+
+
+def test_drives_that_read_the_same_joints_are_refused_with_their_names(file: Path) -> None:
+    with pytest.raises(SettingsError, match=r"a and b both read the joints .*set driver.joint"):
+        load_drives(several(file, a={}, b={}))
+
+
+@pytest.mark.parametrize(
+    "own", [{"input": "pulley_state"}, {"driven.joint": "tail"}, {"driver.joint": "head"}]
+)
+def test_drives_may_share_a_joint_or_have_topics_of_their_own(
+    file: Path, own: dict[str, object]
+) -> None:
+    assert len(load_drives(several(file, a={}, b=own))) == 2
+
+
+def test_drives_of_one_name_are_refused(file: Path) -> None:
+    own = {"input": "pulley_state", "name": "press"}
+    with pytest.raises(SettingsError, match="name is 'press' for several drives"):
+        load_drives(several(file, a=own, b=own))

@@ -122,12 +122,11 @@ def check(
     """Check a YAML of one drive or several, and say what the mechanics makes of each."""
     with errors_in_one_line():
         from belt_ros.rating import rate
-        from belt_ros.settings import load_settings, names_of_drives, read_parameters
+        from belt_ros.replay.drives import load_drives
         from belt_ros.terminal import print_rating
 
-        names = names_of_drives(read_parameters(config)) or ("",)
-        for settings in [load_settings(config, drive=name) for name in names]:
-            print_rating(settings, rate(settings))
+        for drive in load_drives(config):
+            print_rating(drive.settings, rate(drive.settings))
 
 
 @app.command(epilog="Example: belt parameters --markdown > parameters.md")

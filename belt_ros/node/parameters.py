@@ -16,6 +16,7 @@ from rclpy.exceptions import InvalidParameterValueException
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
+from belt_ros.drive_inputs import refuse_confused
 from belt_ros.node.descriptions import DriveDescription, NodeSettings, UnitSettings
 from belt_ros.node_tables import (
     DRIVE_PARAMETERS,
@@ -146,6 +147,7 @@ def read_descriptions(node: Node) -> tuple[DriveDescription, ...]:
     """
     names = given_names(node)
     described = tuple(_described(node, name) for name in names or ("",))
+    refuse_confused((each.drive, each.unit.input) for each in described)
     files = [each.unit.memory_file for each in described if each.unit.memory_file is not None]
     for file in files:
         if files.count(file) > 1:

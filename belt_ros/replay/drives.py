@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from belt_ros.drive_inputs import InputSettings, load_inputs
+from belt_ros.drive_inputs import InputSettings, load_inputs, refuse_confused
+from belt_ros.parameter_table import SettingsError
 from belt_ros.replay.errors import BagError
 from belt_ros.replay.run import Progress, replay
 from belt_ros.replay.summary import Summary
@@ -42,10 +43,15 @@ def load_drives(config: str | Path) -> tuple[Described, ...]:
         If it cannot be used.
     """
     names = names_of_drives(read_parameters(config)) or ("",)
-    return tuple(
+    drives = tuple(
         Described(name, load_settings(config, drive=name), load_inputs(config, name))
         for name in names
     )
+    try:
+        refuse_confused((drive.settings, drive.inputs.kind) for drive in drives)
+    except SettingsError as error:
+        raise SettingsError(f"{config}: {error}") from error
+    return drives
 
 
 def replay_drives(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 _DRAG_ROUNDING = 0.05  # [rad/s] pulley speed below which Coulomb drag fades out
 _ROUNDING_VARIANCE = 1.0 / 12.0  # of an error anywhere within half a step, per step squared
+_OF_GAP = 0.5  # share of the greatest gap over which may be pooled
 
 
 def setting(
@@ -224,3 +225,8 @@ class SensorLimits:
         0.0,
         1e12,
     )
+
+    @property
+    def pooled_over(self) -> float:
+        """Over what fast measurements are averaged [s]; farther apart, means would be gaps."""
+        return min(self.pool_period, _OF_GAP * self.greatest_gap)

@@ -99,7 +99,7 @@ class BeltMonitor:
 
     def _begin(self) -> None:
         self._gated = 0
-        self._pool = Pool(self.limits.pool_period, self._turns)
+        self._pool = Pool(self.limits.pooled_over, self._turns)
         self._lull = Lull(self._turns, self._noise.noise_rows())
         self._jumps = TimeJumps()
         self._credence.begin()
@@ -169,7 +169,7 @@ class BeltMonitor:
         self._noise = noise
         if not self._calibration.running:
             self._calibration = Calibration(self._drive, noise)
-        self._pool.retune(limits.pool_period)
+        self._pool.retune(limits.pooled_over)
         self._lull.retune(noise.noise_rows())
         self.limits = limits
         self.alarm.retune(alarm, limits)

@@ -30,7 +30,6 @@ from belt_ros.node.source_meter import SKEW_LIMIT
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
-_OF_GAP = 0.5  # share of the greatest gap over which may be pooled
 _CALIBRATION_LOST = CalibrationResult("ratio not calibrated: the estimate was started anew")
 
 
@@ -255,10 +254,8 @@ class Pipeline:
         """Use other noise, drift, limits and alarm thresholds from now on."""
         self._settings = settings
         limits = settings.limits
-        # Means farther apart than the greatest gap would be jumps of time.
-        period = min(self._pool_period, _OF_GAP * limits.greatest_gap)
-        if period > limits.pool_period:
-            limits = dataclasses.replace(limits, pool_period=period)
+        if self._pool_period > limits.pool_period:
+            limits = dataclasses.replace(limits, pool_period=self._pool_period)
         self._monitor.retune(settings.noise, settings.drift, limits, settings.alarm)
 
     def pool(self, period: float) -> None:

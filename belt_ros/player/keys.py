@@ -1,4 +1,8 @@
-"""The space bar of a terminal; where there is no terminal, no key is ever pressed."""
+"""The space bar of a terminal; where there is no terminal, no key is ever pressed.
+
+Nor is one while the terminal belongs to others, as to a shell that has put this program into the
+background: who touches its settings there, or reads from it, is stopped by the system.
+"""
 
 import os
 import select
@@ -16,6 +20,8 @@ class Keys:
 
     def __init__(self) -> None:
         self._terminal = sys.stdin.fileno() if sys.stdin and sys.stdin.isatty() else None
+        if not self._ours:
+            self._terminal = None
         self._before: list[Any] = []
 
     def __enter__(self) -> "Keys":
@@ -30,8 +36,18 @@ class Keys:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._terminal is not None:
+        if self._terminal is not None and self._ours:
             termios.tcsetattr(self._terminal, termios.TCSADRAIN, self._before)
+
+    @property
+    def _ours(self) -> bool:
+        """Whether the terminal, if there is one, listens to this program."""
+        if self._terminal is None:
+            return False
+        try:
+            return os.tcgetpgrp(self._terminal) == os.getpgrp()
+        except OSError:  # it is not the one that stops and wakes this program
+            return True
 
     @property
     def there(self) -> bool:
@@ -40,6 +56,8 @@ class Keys:
 
     def space(self) -> bool:
         """Whether the space bar was pressed since the last call; other keys are ignored."""
-        if self._terminal is None or not select.select([self._terminal], [], [], 0.0)[0]:
+        if self._terminal is None or not self._ours:
+            return False
+        if not select.select([self._terminal], [], [], 0.0)[0]:
             return False
         return os.read(self._terminal, _MOST).count(b" ") % 2 == 1

@@ -204,3 +204,12 @@ def test_a_pooled_run_says_what_the_whole_run_says_with_less_work(settings) -> N
         ours, theirs = getattr(pooled, name), getattr(whole, name)
         assert abs(ours.value - theirs.value) < 1.0 * theirs.stddev, name
         assert 0.5 < ours.stddev / theirs.stddev < 2.0, name
+
+
+def test_means_never_come_farther_apart_than_the_greatest_gap(settings: DriveSettings) -> None:
+    limits = dataclasses.replace(settings.limits, greatest_gap=0.008, pool_period=0.01)
+    monitor = dataclasses.replace(settings, limits=limits).monitor()
+    for k in range(300):
+        monitor.step(at(1.0 + k, speed=100.0))
+    assert monitor.health.rejections[Rejection.OUT_OF_ORDER] == 0
+    assert monitor.health.accepted > 295  # the last few still wait for others

@@ -43,18 +43,18 @@ def replay(
     """Estimate drives' states from bags: a bag of estimates, Parquet tables, a summary of each."""
     failed = 0
     with errors_in_one_line():
-        from belt_ros.replay.bags import find_bags
+        from belt_ros.replay.bags import find_bags, result_names
         from belt_ros.replay.drives import load_drives, replay_drives
 
         drives = load_drives(config)
         found = find_bags(bags)
-        for bag in found:
+        for bag, name in zip(found, result_names(found), strict=True):
             with progress_bar(f"replaying {bag.name}", quiet=quiet) as progress:
                 outcomes = list(
                     replay_drives(
                         bag,
                         drives,
-                        _place(bag, out, several=len(found) > 1),
+                        _place(name, out, several=len(found) > 1),
                         topic=topic,
                         replace=force,
                         smooth=smooth,
@@ -77,10 +77,8 @@ def _tell(outcome: "Outcome", *, quiet: bool) -> bool:
     return outcome.summary is None
 
 
-def _place(bag: Path, out: Path | None, *, several: bool) -> Path:
-    """Return where the results of a bag belong."""
-    bag = bag.resolve()
-    name = bag.name if bag.is_dir() else bag.stem
+def _place(name: str, out: Path | None, *, several: bool) -> Path:
+    """Return where the results of a bag belong, which are to have a name."""
     if out is None:
         return Path(f"{name}_belt")
     return out / name if several else out

@@ -2,7 +2,8 @@
 
 import glob
 import re
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -29,6 +30,29 @@ def find_bags(given: Iterable[str | Path]) -> list[Path]:
     found = chain.from_iterable(_meant(str(each)) for each in given)
     unique = {path.resolve(): path for path in found}
     return list(unique.values())
+
+
+def result_names(bags: Sequence[Path]) -> list[str]:
+    """Return a name for the results of each bag: its own, after its folders' where that is taken.
+
+    Raises
+    ------
+    BagError
+        If two bags cannot be told apart by that.
+    """
+    whole = [bag.resolve() for bag in bags]
+    parts = [(*p.parent.parts[1:], p.name if p.is_dir() else p.stem) for p in whole]
+    depths = [1] * len(parts)
+    while True:
+        names = ["_".join(part[-depth:]) for part, depth in zip(parts, depths, strict=True)]
+        times = Counter(names)
+        twice = [at for at, name in enumerate(names) if times[name] > 1]
+        if not twice:
+            return names
+        if all(depths[at] == len(parts[at]) for at in twice):
+            raise BagError(f"{bags[twice[0]]} and {bags[twice[1]]}: rename one, or replay it alone")
+        for at in twice:
+            depths[at] = min(depths[at] + 1, len(parts[at]))
 
 
 def _meant(text: str) -> Iterator[Path]:

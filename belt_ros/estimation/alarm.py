@@ -120,6 +120,7 @@ class SlipAlarm:
         self._moving = 0.0  # [s] since motion began
         self._silence = 0.0
         self._changed = True  # since it was last told
+        self._paused = False
 
     def reset(self) -> None:
         """Forget everything, latches included."""
@@ -191,6 +192,10 @@ class SlipAlarm:
         self._judge_sensors(self._now_ns, silent=True, silence=silence)
         return self._news()
 
+    def pause(self) -> None:
+        """Hear that nobody listens to the sensors for a while: they are not silent meanwhile."""
+        self._paused = True
+
     @property
     def told(self) -> bool:
         """Whether anything is raised or latched."""
@@ -209,7 +214,9 @@ class SlipAlarm:
 
     def _elapsed(self, stamp_ns: int) -> float:
         """Time since the estimate before [s]."""
-        before = None if self._estimate is None else self._estimate.stamp_ns
+        told = None if self._paused else self._estimate
+        before = None if told is None else told.stamp_ns
+        self._paused = False
         self._now_ns = stamp_ns
         return 0.0 if before is None else (stamp_ns - before) * _SECONDS
 

@@ -99,6 +99,7 @@ class BeltMonitor:
 
     def _begin(self) -> None:
         self._gated = 0
+        self._paused = False
         self._pool = Pool(self.limits.pooled_over, self._turns)
         self._lull = Lull(self._turns, self._noise.noise_rows())
         self._jumps = TimeJumps()
@@ -260,6 +261,11 @@ class BeltMonitor:
         """
         return self.alarm.silent(stamp_ns, silence)
 
+    def pause(self) -> None:
+        """Expect a pause: nobody listens for a while, and no sensor is to blame for it."""
+        self._paused = self.estimate is not None
+        self.alarm.pause()
+
     def reject(self, reason: Rejection, measurement: Measurement | None = None) -> MonitorOutput:
         """Count a measurement that cannot be used."""
         self._record.reject(reason, 1 if measurement is None else measurement.pooled)
@@ -319,6 +325,7 @@ class BeltMonitor:
             self._end_lull()
             return self._jump(measurement, forward=dt > 0.0)
         self._jumps.forget()
+        self._paused = False
         if dt <= 0.0:
             return Rejection.OUT_OF_ORDER
         reason = Rejection.NONE
@@ -369,13 +376,15 @@ class BeltMonitor:
     def _jump(self, measurement: Measurement, *, forward: bool) -> Rejection:
         """Believe a jump in time once several stamps follow it."""
         gap = self.limits.greatest_gap
-        if not self._jumps.believed(measurement.stamp_ns, gap, forward=forward):
+        believed = self._jumps.believed(measurement.stamp_ns, gap, forward=forward)
+        if not (believed or (self._paused and forward)):
             return Rejection.OUT_OF_ORDER
         f = self._filter
         begun = f.resume(measurement) if forward else f.start(measurement, self._credence.initial)
         if not begun:
             return Rejection.INCOMPLETE
         self._jumps.forget()
+        self._paused = False
         if not forward:
             self.restart()
         return Rejection.NONE

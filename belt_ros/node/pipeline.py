@@ -105,7 +105,8 @@ class Pipeline:
         return self._monitor.health
 
     def begin(self) -> None:
-        """Count input, and its absence, from now on; pool as the drive asks for."""
+        """Listen, and count input and its absence, from now on; pool as the drive asks for."""
+        self._monitor.pause()
         if self._pool_period > 0.0:
             self.pool(0.0)
         self._meter = InputMeter(self._steady(), self._sources)

@@ -2,11 +2,12 @@
 
 import math
 
+import pytest
 from node_harness import PAPER_DRIVE
 
 from belt_ros.estimation import AlarmStatus, Condition, Measurement, Rejection, Severity
 from belt_ros.node import services
-from belt_ros.node.pipeline import Pipeline
+from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.settings import load_settings
 
 STEP_NS = 10_000_000
@@ -138,3 +139,30 @@ def test_a_drive_pools_over_no_more_than_half_its_greatest_gap() -> None:
     pipeline = Pipeline("node", ("/joint_states",), settings)
     pipeline.pool(0.2)
     assert states_of(pipeline, range(1, 200)) >= 39
+
+
+@pytest.mark.parametrize("pause", [0.3, 5.0, 3600.0])
+def test_a_pause_in_which_nobody_listened_is_nobodys_fault(pause: float) -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+
+    def run(begin: float) -> list[Outcome]:
+        stamps = [round(begin * 1e9) + step * STEP_NS for step in range(100)]
+        return [pipeline.take(Measurement(s, 120.0, 119.4, 30.0, -30.0), s, s) for s in stamps]
+
+    run(10.0)
+    pipeline.begin()  # it was inactive, and is active again
+    after = run(11.0 + pause)
+    assert [outcome.reason for outcome in after] == [Rejection.NONE] * 100
+    assert not any(outcome.worsened for outcome in after)
+    assert pipeline.alarm is not None
+    assert pipeline.alarm.conditions == ()
+
+
+def test_a_pause_that_was_announced_excuses_no_later_silence() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    pipeline.begin()
+    for stamp_ns in (*range(STEP_NS, 50 * STEP_NS, STEP_NS), 10_000_000_000):
+        outcome = pipeline.take(
+            Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0), stamp_ns, stamp_ns
+        )
+    assert outcome.reason is Rejection.OUT_OF_ORDER

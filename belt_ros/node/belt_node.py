@@ -287,7 +287,11 @@ class BeltNode(LifecycleNode):
     def _on_jump(self, jump: TimeJump) -> None:
         del jump
         now_ns = self.get_clock().now().nanoseconds
-        reset = [unit.drive_name for unit in self.units if unit.reset_after_jump(now_ns)]
+        reset = [
+            f"{unit.drive_name}{unit.keep_copy()}"
+            for unit in self.units
+            if unit.reset_after_jump(now_ns)
+        ]
         if reset:
             self.get_logger().warning(
                 f"ROS time went back: starting anew, as this run began, {', '.join(reset)}"

@@ -204,6 +204,11 @@ class DriveUnit:
         self._resets = None
         return self._pipeline.reset_after_jump(now_ns)
 
+    def keep_copy(self) -> str:
+        """Keep a copy of what was learned until time went back; return a clause for the log."""
+        kept = "" if self._memory is None else self._memory.copy()
+        return kept and f"; {kept}"
+
     def _hear(self, source: str, stamp_ns: int | None) -> None:
         """Count a message as it comes, whatever becomes of it."""
         pipeline = self._running
@@ -240,6 +245,7 @@ class DriveUnit:
         if self._resets is not None and resets > self._resets:
             self._node.get_logger().warning(
                 f"{self.drive_name}: the stamps went back: starting anew, as this run began"
+                f"{self.keep_copy()}"
             )
         self._resets = resets
 

@@ -5,6 +5,7 @@ that ages, and a file outlives a simulation. Nothing that a file holds, or a dis
 """
 
 import math
+import shutil
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -19,6 +20,7 @@ from belt_ros.estimation.memory_file import MemoryFileError, load, save
 
 _REFUSED = ".refused"
 _BEFORE_RESET = ".before_reset"
+_BEFORE_JUMP = ".before_jump"
 _NUMERICAL = (ArithmeticError, np.linalg.LinAlgError)
 _UNITS = (("days", 86400.0), ("h", 3600.0), ("min", 60.0))
 
@@ -180,6 +182,25 @@ class Memory:
             self._have_trouble(f"{str(self._path)!a} cannot be renamed: {error}")
             return self._trouble
         return f"what was learned before is kept as {kept_as}" if kept_as else ""
+
+    def copy(self) -> str:
+        """Keep the file as it is beside what is to come; return a clause for the log, or "".
+
+        Where time goes back, estimation starts where the run began, and what the file has of this
+        run would be overwritten by less.
+        """
+        self._settle()
+        if self._saves == 0 or not self._path.is_file():
+            return ""
+        copy = self._path.with_name(self._path.name + _BEFORE_JUMP)
+        part = copy.with_name(copy.name + ".part")
+        try:
+            shutil.copyfile(self._path, part)
+            part.replace(copy)
+        except OSError as error:
+            self._have_trouble(f"{str(self._path)!a} cannot be copied: {error}")
+            return self._trouble
+        return f"what was learned until then is kept as {copy}"
 
     def _settle(self) -> None:
         """Take note of the last write, waiting for it."""

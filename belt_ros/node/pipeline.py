@@ -197,13 +197,18 @@ class Pipeline:
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew where the run began if ROS time, `now_ns` [ns], is back behind the estimate.
 
+        By more than the greatest gap: a clock that is corrected by less is no new run.
+
         Returns
         -------
         bool
             Whether that was so; not, if new stamps have already said as much.
         """
         estimate = self._monitor.estimate
-        behind = estimate is not None and estimate.stamp_ns > now_ns
+        if estimate is None:
+            return False
+        ahead = (estimate.stamp_ns - now_ns) * _SECONDS
+        behind = ahead > self._settings.limits.greatest_gap
         if behind:
             self._monitor.restart()
         return behind

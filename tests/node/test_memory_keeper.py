@@ -326,3 +326,29 @@ def test_maintenance_that_cannot_be_kept_is_taken_in_and_says_so(tmp_path: Path)
 )
 def test_a_span_is_told_in_the_unit_that_suits_it(seconds: float, text: str) -> None:
     assert span(seconds) == text
+
+
+def test_a_copy_outlives_what_is_learned_after_time_went_back(path: Path) -> None:
+    run = Run(path)
+    assert run.memory.copy() == ""  # nothing of this run is in the file
+    for _ in range(50):
+        run.take()
+    run.memory.finish()
+    before = path.read_bytes()
+
+    aside = path.with_name(path.name + ".before_jump")
+    assert str(aside) in run.memory.copy()
+    run.take()
+    run.memory.finish()
+    assert path.read_bytes() != before
+    assert aside.read_bytes() == before
+    assert run.warnings == []
+
+
+def test_a_copy_that_cannot_be_made_is_told_of(path: Path) -> None:
+    run = Run(path)
+    run.take()
+    run.memory.finish()
+    path.with_name(path.name + ".before_jump").mkdir()
+    assert "cannot be copied" in run.memory.copy()
+    assert "cannot be copied" in run.memory.trouble

@@ -166,3 +166,12 @@ def test_a_pause_that_was_announced_excuses_no_later_silence() -> None:
             Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0), stamp_ns, stamp_ns
         )
     assert outcome.reason is Rejection.OUT_OF_ORDER
+
+
+@pytest.mark.parametrize(("back", "anew"), [(0.001, False), (0.9, False), (1.1, True)])
+def test_a_clock_that_is_corrected_a_little_is_no_new_run(back: float, anew: bool) -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    states_of(pipeline, range(1, 200))
+    estimate_ns = 199 * STEP_NS
+    assert pipeline.reset_after_jump(estimate_ns - round(back * 1e9)) is anew
+    assert pipeline.health.resets == anew

@@ -19,9 +19,9 @@ REJECTION_ADVICE: dict[Rejection, str] = {
     "stamps its messages, and that there is only one; after a gap longer than limits.greatest_gap, "
     "two have to follow before it is believed",
     Rejection.GATED: "statistically impossible: check the sensor, and noise.* in the parameters",
-    Rejection.INCOMPLETE: "a named joint or its velocity is missing: check driver.joint and "
-    "driven.joint against the names in the message; joints that come in messages of their own need "
-    "input: pulley_state or float64",
+    Rejection.INCOMPLETE: "a speed is missing: of joint states, check driver.joint and "
+    "driven.joint against the names in the message (joints that come in messages of their own need "
+    "input: pulley_state or float64); of several topics, check that each is published",
     Rejection.MALFORMED: "arrays empty, too long or of unequal length, or an impossible stamp: "
     "check the sender",
 }

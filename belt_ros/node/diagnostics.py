@@ -118,11 +118,12 @@ def _judge_input(
     rejected = sum(report.rejected)
     if rejected:
         reason = report.main_rejection
-        every = report.accepted == 0
+        every = report.accepted == 0 or health.accepted == 0  # those that wait count in the former
+        advice = _of_silent_topics(report) if reason is Rejection.INCOMPLETE else ""
         return (
             DiagnosticStatus.ERROR if every else DiagnosticStatus.WARN,
             f"{'all' if every else 'some'} measurements rejected ({words(reason)}): "
-            f"{REJECTION_ADVICE[reason]}",
+            f"{advice or REJECTION_ADVICE[reason]}",
         )
     trouble = clock_trouble(report.sources, skew_limit)
     if trouble:
@@ -136,6 +137,14 @@ def _judge_input(
         )
     level, message = judge_fit(health)
     return _byte(level), message
+
+
+def _of_silent_topics(report: InputReport) -> str:
+    """Return which topics bring nothing, where others do; "" if none or all are silent."""
+    silent = [source.topic for source in report.sources if not source.rate > 0.0]
+    if not silent or len(silent) == len(report.sources):
+        return ""
+    return f"nothing on {', '.join(silent)}: check that it is published, and under that name"
 
 
 def memory_status(node_name: str, drive_name: str, report: MemoryReport) -> DiagnosticStatus:

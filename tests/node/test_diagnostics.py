@@ -247,6 +247,19 @@ def test_nothing_but_rejections_is_an_error() -> None:
     assert row.level == DiagnosticStatus.ERROR
 
 
+def test_speeds_that_are_missing_with_their_topic_are_looked_for_there() -> None:
+    sources = [
+        SourceReport("/driver/state", 50.0, 0.001, 0.002, 0.0, 0.01),
+        SourceReport("/driven/state", 0.0, math.nan, math.nan, math.nan, 9.0),
+    ]
+    incomplete = report(rejected=rejected(Rejection.INCOMPLETE, 97), sources=sources)
+    row = input_row(incomplete, dataclasses.replace(HEALTH, accepted=0))
+
+    assert row.level == DiagnosticStatus.ERROR  # the other three only wait
+    assert "all measurements rejected (incomplete): nothing on /driven/state" in row.message
+    assert "joint" not in row.message
+
+
 def test_silence_is_stale_and_names_the_topic() -> None:
     row = input_row(report(received=0, silence=2.5))
 

@@ -267,6 +267,9 @@ def _chosen(values: dict[str, object], drive: str) -> dict[str, object]:
     names = names_of_drives(values)
     if not names:
         values.pop("drives", None)
+        only = values.get("name", PARAMETERS["name"].default)
+        if drive not in ("", only):
+            raise SettingsError(f"it describes no drive {drive!r}, but one called {only!r}")
         return values
     if not drive and len(names) == 1:
         drive = names[0]

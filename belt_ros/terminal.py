@@ -8,6 +8,8 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from belt_ros.diagnostic_rows import REJECTION_ADVICE, words
+from belt_ros.estimation import Rejection
 from belt_ros.mechanics import DriveError
 from belt_ros.mechanics.materials import BeltMaterial, SurfaceState
 from belt_ros.mechanics.materials.tables import tables
@@ -17,6 +19,9 @@ from belt_ros.rating import Rating
 from belt_ros.replay.summary import Extreme, FinalQuantity, Summary
 from belt_ros.settings import DriveSettings
 
+_STRAINED = 0.15  # strain beyond that of elastic belts, which are at home at some 6 %
+_WIDEST_NAME = 24  # characters that are kept on one line
+_MANY = 0.5  # share of the messages that, turned away for one reason, asks for advice
 _SHOWN = (
     "slip",
     "excess_slip",
@@ -73,6 +78,9 @@ def _summary_lines(summary: Summary) -> list[str]:
     rejected = [f"{count} {reason}" for reason, count in summary.rejected.items() if count]
     if rejected:
         lines.append("not used: " + ", ".join(rejected).replace("_", " "))
+        reason = max(Rejection, key=lambda each: summary.rejected.get(each.name.lower(), 0))
+        if summary.rejected[reason.name.lower()] > _MANY * summary.messages:
+            lines.append(f"{words(reason)}: {REJECTION_ADVICE[reason]}")
     if summary.resets:
         lines.append(f"time jumped back: the estimator began anew {summary.resets} times")
     if summary.unobserved:
@@ -116,6 +124,13 @@ def print_rating(settings: DriveSettings, rating: Rating) -> None:
     speed = rating.critical_speed
     fastest = f"{_number(speed)} m/s" if math.isfinite(speed) else "none, the belt has no mass"
     console.print(f"{settings.name}: the description is complete and consistent", markup=False)
+    strain = prior.tension / settings.drive.belt.axial_stiffness
+    if strain > _STRAINED:
+        console.print(
+            f"strained by {strain:.0%} at {prior.tension:g} N, which no belt bears: check "
+            "prior.tension and belt.axial_stiffness",
+            style="yellow",
+        )
     console.print(f"critical belt speed: {fastest}")
     console.print(
         f"torque capacity at {prior.tension:g} N: {_number(rating.capacity)} N m, 95 % interval "
@@ -198,7 +213,9 @@ def print_material_table(name: str) -> None:
     (found,) = (table for table in tables() if table.name == name)
     shown = Table()
     for place, heading in enumerate(found.header):
-        shown.add_column(heading.replace("[", r"\["), overflow="fold", no_wrap=place == 0)
+        widest = max(len(row[place]) for row in found.rows)
+        whole = place == 0 and widest <= _WIDEST_NAME
+        shown.add_column(heading.replace("[", r"\["), overflow="fold", no_wrap=whole)
     for row in found.rows:
         shown.add_row(*(cell.replace("[", r"\[") for cell in row))
     console = Console(highlight=False)

@@ -100,3 +100,10 @@ def test_drives_of_one_name_are_refused(file: Path) -> None:
     own = {"input": "pulley_state", "name": "press"}
     with pytest.raises(SettingsError, match="name is 'press' for several drives"):
         load_drives(several(file, a=own, b=own))
+
+
+def test_a_single_drive_goes_by_no_other_name_than_its_own(file: Path) -> None:
+    file.write_text(yaml.safe_dump(drive()))
+    assert load_settings(file, drive="paper_drive").name == "paper_drive"
+    with pytest.raises(SettingsError, match="no drive 'press', but one called 'paper_drive'"):
+        load_settings(file, drive="press")

@@ -197,8 +197,8 @@ def fleet(
             say_error(row.error)
     if not quiet:
         typer.echo(
-            f"{result.done} worked on, {result.skipped} done before, {result.failed} failed: "
-            f"{out / 'fleet.html'}"
+            f"{result.done} worked on, {result.skipped} done before; {result.failed} of them "
+            f"failed: {out / 'fleet.html'}"
         )
     if result.failed:
         raise typer.Exit(1)

@@ -111,7 +111,11 @@ def init(
             raise SettingsError(f"{out} exists already; give --force to replace it")
         asking = sys.stdin.isatty() and sys.stdout.isatty() if ask is None else ask
         answers = questions(given, Console(highlight=False)) if asking else answers_from(given)
-        out.write_text(drive_yaml(answers), encoding="utf-8")
+        text = drive_yaml(answers)
+        try:
+            out.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise SettingsError(f"cannot write {out}: {error.strerror or error}") from error
     typer.echo(f"{out} written; see what it amounts to: belt check {out}")
 
 

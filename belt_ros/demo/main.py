@@ -7,6 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rich.console import Console
 from rich.live import Live
 
@@ -78,7 +79,7 @@ def run(bag: Path | None = None, config: Path | None = None, output: Path = OUTP
     except (DemoError, SettingsError, BagError) as error:
         console.print(error, style="red", highlight=False)
         return 1
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ExternalShutdownException):
         console.print("interrupted")
         return 130
     return _conclude(verdict, output, console)

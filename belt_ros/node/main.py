@@ -11,7 +11,13 @@ from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from belt_ros.node.belt_node import BeltNode
+from belt_ros.program_arguments import ends_at_once
 
+_USAGE = """\
+usage: belt_node --ros-args --params-file DRIVE.yaml [-p NAME:=VALUE] [-r OLD:=NEW]
+
+Estimates slip, tension and friction of belt drives, and publishes them with alarms. Make the file
+with `belt init`, check it with `belt check`; `belt parameters` lists what can stand in it."""
 _LONGEST_WAIT = 0.1  # [s] until a signal is noticed while nothing else happens
 
 
@@ -49,6 +55,9 @@ class _Stop:
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code."""
     stop = _Stop()
+    code = ends_at_once("belt_node", args, _USAGE)
+    if code is not None:
+        return code
     try:
         rclpy.init(
             args=None if args is None else list(args),

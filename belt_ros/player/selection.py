@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rclpy.duration import Duration
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.validate_full_topic_name import validate_full_topic_name
 from rosbags.interfaces import ConnectionExtRosbag2, Qos, QosDurability, QosReliability, QosTime
 from rosbags.rosbag2 import Reader
 
@@ -46,7 +48,7 @@ def remappings(given: Sequence[str]) -> dict[str, str]:
     renamed: dict[str, str] = {}
     for text in given:
         old, found, new = text.partition(":=")
-        if not (found and old.strip("/ ") and new.strip("/ ")):
+        if not (found and old.strip("/ ") and _is_topic(_absolute(new))):
             raise BagError(f"--remap {text!r} is no renaming of a topic; write /old:=/new")
         renamed[_absolute(old)] = _absolute(new)
     return renamed
@@ -100,6 +102,13 @@ def selection(
         reasons = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
         raise BagError(f"{path}: nothing to publish ({reasons or 'it holds no messages'})")
     return Selection(tuple(routes), left_out)
+
+
+def _is_topic(name: str) -> bool:
+    with suppress(InvalidTopicNameException):
+        validate_full_topic_name(name)
+        return True
+    return False
 
 
 def _absolute(name: str) -> str:

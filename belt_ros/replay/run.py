@@ -196,10 +196,10 @@ def _smooth(
 
 def _nothing_usable(source: DriveBag, settings: DriveSettings, tally: Tally) -> str:
     topics = ", ".join(source.topics)
+    asked = settings.driver.name, settings.driven.name
     joints = (
-        f" The configuration asks for the joints {settings.driver.name} and {settings.driven.name} "
-        f"with their velocities; the messages carry {', '.join(source.joints_seen)}. Set "
-        "driver.joint and driven.joint."
+        f" The configuration asks for the joints {' and '.join(asked)} with their velocities; the "
+        f"messages carry {', '.join(source.joints_seen)}. Set driver.joint and driven.joint."
     )
     if tally.messages == 0 and source.joints_seen:
         return f"{source.path}: no message on {topics} is of this drive.{joints}"
@@ -212,5 +212,6 @@ def _nothing_usable(source: DriveBag, settings: DriveSettings, tally: Tally) -> 
         f"{source.path}: none of the {tally.messages} messages on {topics} can be used ({reasons})."
     )
     if tally.rejected[Rejection.INCOMPLETE] and source.joints_seen:
-        text += joints
+        there = set(asked) <= set(source.joints_seen)
+        text += " Velocities are missing or NaN: check what records them." if there else joints
     return text

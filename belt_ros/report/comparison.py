@@ -62,7 +62,7 @@ class Compared:
         """The difference with its error and unit."""
         change = self.now.value - self.before.value
         error = math.hypot(self.now.stddev, self.before.stddev)
-        shown = LABELS[self.name].shown(change, error)
+        shown = LABELS[self.name].difference(change, error)
         return f"+{shown}" if change > 0.0 else shown
 
 

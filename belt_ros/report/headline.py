@@ -9,6 +9,8 @@ from belt_ros.report.labels import LABELS
 from belt_ros.report.rounding import SPACE, count, duration, plain
 from belt_ros.report.study import Study
 
+_ENOUGH = 0.5  # share of the messages without which a run says nothing of itself
+
 
 class Fact(NamedTuple):
     """One box of the headline."""
@@ -32,6 +34,12 @@ def verdict(study: Study) -> str:
     summary = study.summary
     phases = summary.group("time_in_phase").numbers()
     slipped, lost = phases.get("gross_slip", 0.0), phases.get("lost", 0.0)
+    accepted, messages = summary.count("accepted"), summary.count("messages")
+    if accepted < _ENOUGH * messages:
+        return (
+            f"Only {accepted:,} of {messages:,} messages could be used: look at the data quality "
+            "first."
+        )
     if slipped > 0.0:
         return f"The belt slipped on a pulley for {duration(slipped)}."
     if lost > 0.0:

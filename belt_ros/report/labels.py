@@ -1,8 +1,12 @@
 """What quantities are called in a report, and in which unit they are shown."""
 
+import math
 from dataclasses import dataclass
 
-from belt_ros.report.rounding import with_error
+from belt_ros.estimation.estimate import Quantity, log_spread
+from belt_ros.report.rounding import SPACE, plain, with_error
+
+_WIDE = 0.3  # relative error from which a factor says it better
 
 
 @dataclass(frozen=True)
@@ -12,9 +16,18 @@ class Label:
     text: str
     unit: str
     factor: float = 1.0  # from SI to `unit`
+    by_ratio: bool = False  # log-normal: its value is the median, and its error a factor
 
     def shown(self, value: float | None, stddev: float | None) -> str:
         """Return value and standard deviation [SI] with the unit."""
+        if self.by_ratio and value and stddev and value > 0.0 and stddev > _WIDE * value:
+            ratio = math.exp(log_spread(Quantity(value, stddev)))
+            text = f"{plain(value * self.factor, 2)} ×/÷ {plain(ratio, 2)}"
+            return f"{text}{SPACE}{self.unit}" if self.unit else text
+        return self.difference(value, stddev)
+
+    def difference(self, value: float | None, stddev: float | None) -> str:
+        """Return a change and its standard deviation [SI] with the unit."""
         return with_error(value, stddev, self.unit, self.factor)
 
 
@@ -25,7 +38,7 @@ LABELS = {
     "tight_tension": Label("tight span", "N"),
     "slack_tension": Label("slack span", "N"),
     "mean_tension": Label("tension, mean of both spans", "N"),
-    "friction_stiffness": Label("friction stiffness kf", "MN/m²", 1e-6),
+    "friction_stiffness": Label("friction stiffness kf", "MN/m²", 1e-6, by_ratio=True),
     "friction_coefficient": Label("friction coefficient µ", ""),
     "margin": Label("margin", "%", 100.0),
     "transmitted_torque": Label("torque", "N m"),

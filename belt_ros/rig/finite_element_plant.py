@@ -83,8 +83,8 @@ def _check_constant(scenario: Scenario) -> None:
         profile = scenario.profiles[which]
         if len(set(profile.values)) > 1:
             raise ScenarioError(
-                f"{which.name.lower()} changes from {profile.values[0]:g} to "
-                f"{profile.values[-1]:g}; with finite elements the condition must be constant"
+                f"{which.name.lower()} changes between {min(profile.values):g} and "
+                f"{max(profile.values):g}; with finite elements the condition must be constant"
             )
     for field in ("ratio_bias", "creep_error", "creep_error_stddev"):
         value = getattr(scenario.model_error, field)

@@ -8,7 +8,15 @@ import rclpy
 from rclpy.signals import SignalHandlerOptions
 
 from belt_ros.parameter_table import SettingsError
+from belt_ros.program_arguments import ends_at_once
 from belt_ros.rig.node import RigNode
+
+_USAGE = """\
+usage: belt_rig --ros-args -p config_file:=DRIVE.yaml -p scenario_file:=SCENARIO.yaml
+                [-p NAME:=VALUE] [-r OLD:=NEW]
+
+Plays a virtual drive on ROS 2 topics, with faults on request. `belt rig --help` says how to do it
+with less to type, and how to write a bag instead."""
 
 
 class _Stop:
@@ -35,6 +43,9 @@ class _Stop:
 def main(args: list[str] | None = None) -> int:
     """Run the rig; return the exit code: 0 at the end or when told to stop, 2 for bad input."""
     stopped = _Stop()
+    code = ends_at_once("belt_rig", args, _USAGE)
+    if code is not None:
+        return code
     # The handlers of rclpy would raise out of whatever runs; these only leave word.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node: RigNode | None = None

@@ -83,13 +83,17 @@ class Answers:
         "how far that may be off, +/-; in 19 cases of 20", "N"
     )
     driver_inertia: float | None = _question(
-        "inertia of all that turns with the driver, as seen there", "kg m2", needed=True
+        "inertia of all that turns with the driver, as seen there (or give --driver-mass)",
+        "kg m2",
+        needed=True,
     )
     driver_mass: float | None = _question(
         "or mass of the driver, taken as a disc", "kg", detail=True
     )
     driven_inertia: float | None = _question(
-        "inertia of all that turns with the driven pulley", "kg m2", needed=True
+        "inertia of all that turns with the driven pulley (or give --driven-mass)",
+        "kg m2",
+        needed=True,
     )
     driven_mass: float | None = _question(
         "or mass of the driven pulley, taken as a disc", "kg", detail=True
@@ -174,7 +178,8 @@ class Question(NamedTuple):
                 raise SettingsError(f"{self.flag} is {number:g}; it must be 1 or -1")
         elif not 0.0 < number <= _GREATEST:
             raise SettingsError(
-                f"{self.flag} is {number:g} {self.unit}".rstrip() + "; it must be > 0"
+                f"{self.flag} is {number:g} {self.unit}".rstrip()
+                + f"; it must be > 0 and no more than {_GREATEST:g}"
             )
         return number
 

@@ -297,3 +297,24 @@ def test_memory_and_page_stay_small_however_long_the_run(results, tmp_path):
     # The columns that are read have some 290 bytes a row.
     assert (peaks[1] - peaks[0]) / (rows[1] - rows[0]) < 100
     assert max(sizes) < 3_000_000
+
+
+def test_a_run_that_could_not_be_used_gets_no_all_clear(changed, tmp_path):
+    def unstamped(summary):
+        summary["accepted"] = 1
+
+    write_report(changed(unstamped), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert "messages could be used: look at the data quality first." in page
+    assert "there was no alarm" not in page
+
+
+def test_a_stiffness_known_by_decades_is_shown_with_a_factor(changed, tmp_path):
+    def wide(summary):
+        summary["smoothed"] = None
+        summary["final"]["friction_stiffness"] |= {"value": 2.5e8, "stddev": 7e9}
+
+    write_report(changed(wide), tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text()
+    assert "250 ×/÷ " in page
+    assert "± 7000" not in page

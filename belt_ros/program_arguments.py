@@ -25,7 +25,11 @@ def ends_at_once(program: str, args: Sequence[str] | None, usage: str) -> int | 
         The exit code with which to end; None to go on.
     """
     given = sys.argv[1:] if args is None else list(args)
-    unknown = remove_ros_args([program, *given])[1:]
+    try:
+        unknown = remove_ros_args([program, *given])[1:]
+    except RuntimeError as error:  # a parameter file that is not there, a misspelt argument
+        sys.stderr.write(f"{program}: {error}\n")
+        return 1
     if _HELP & set(unknown):
         sys.stdout.write(f"{usage}\n")
         return 0

@@ -33,3 +33,13 @@ def test_what_is_unknown_is_named_and_starts_nothing(program: str) -> None:
     assert result.returncode == 2
     assert f"belt_{program}: --rate is unknown" in result.stderr
     assert "Traceback" not in result.stderr
+
+
+@PROGRAMS
+@pytest.mark.parametrize("words", [("--params-file", "/nowhere.yaml"), ("-p", "bad")])
+def test_what_ros_does_not_understand_is_said_in_a_line(program: str, words: list[str]) -> None:
+    result = run(program, "--ros-args", *words)
+    assert result.returncode == 1
+    assert f"belt_{program}: Failed to parse ROS arguments" in result.stderr
+    assert words[1] in result.stderr
+    assert "Traceback" not in result.stderr

@@ -58,14 +58,10 @@ def main(args: Sequence[str] | None = None) -> int:
     code = ends_at_once("belt_node", args, _USAGE)
     if code is not None:
         return code
-    try:
-        rclpy.init(
-            args=None if args is None else list(args),
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-    except RuntimeError as error:  # a parameter file that is not there, a misspelt argument
-        sys.stderr.write(f"belt_node: {error}\n")
-        return 1
+    rclpy.init(
+        args=None if args is None else list(args),
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
     node = BeltNode()
     executor = make_executor()
     executor.add_node(node)

@@ -176,6 +176,17 @@ def test_foreign_joints_are_named(make_bag, settings, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_velocities_that_are_missing_are_not_blamed_on_the_names_of_joints(
+    make_bag, settings, tmp_path
+):
+    samples = [
+        sample._replace(velocity=(sample.velocity[0], math.nan)) for sample in steady_run(20)
+    ]
+    with pytest.raises(BagError, match="Velocities are missing or NaN") as error:
+        replay(make_bag(samples), settings, tmp_path / "out")
+    assert "driver.joint" not in str(error.value)
+
+
 def test_an_empty_topic_is_named(make_bag, settings, tmp_path):
     with pytest.raises(BagError, match="/joint_states holds no messages"):
         replay(make_bag([]), settings, tmp_path / "out")

@@ -103,6 +103,12 @@ def _parameters(document: object) -> dict[str, object]:
         raise SettingsError(
             f"it has parameters for {', '.join(map(str, sections))}, but none for belt_node or /**"
         )
+    spaces = {name.strip("/").rpartition("/")[0] for name in own} - {"", "*", "**"}
+    if len(spaces) > 1:
+        raise SettingsError(
+            f"it has parameters for belt_node in {', '.join(sorted(spaces))}; give each of these "
+            "nodes a file of its own"
+        )
     return {
         name: value for section in own or sections for name, value in _flatten(sections[section])
     }

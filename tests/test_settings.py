@@ -61,6 +61,15 @@ def test_file_for_other_nodes_only_is_refused_with_their_names(file: Path) -> No
         tension(file, TALKER, {"listener": {"ros__parameters": {"rate": 1}}})
 
 
+def test_nodes_of_several_namespaces_are_not_mixed_into_one(file: Path) -> None:
+    with pytest.raises(SettingsError, match=r"belt_node in cell_3, cell_4; give each"):
+        tension(
+            file,
+            {"/cell_3/belt_node": {"ros__parameters": drive()}},
+            {"cell_4": {"belt_node": {"ros__parameters": {"prior": {"tension": 777.0}}}}},
+        )
+
+
 def test_values_are_edited_where_they_have_the_last_word(file: Path) -> None:
     both = {"/**": {"ros__parameters": drive()}} | {
         "belt_node": {"ros__parameters": {"prior": {"tension": 777.0}}}

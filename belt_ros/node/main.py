@@ -46,10 +46,12 @@ class _Stop:
 
     def _request(self, number: int, frame: FrameType | None) -> None:
         del number, frame
-        if self.making and not self.requested:
-            self.requested = True
-            raise SystemExit(0)
         self.requested = True
+        # Python gives up its handlers before the process ends: one more would still kill it.
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_IGN)
+        if self.making:
+            raise SystemExit(0)
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -29,6 +29,20 @@ def test_a_signal_ends_it_without_complaint_also_when_sent_twice(
         assert "rror" not in node.log
 
 
+def test_signals_that_go_on_until_the_end_change_nothing(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    """Also while the interpreter is taken down, after all that belongs to the node."""
+    with NodeProcess(ros_domain, tmp_path / "log") as node:
+        client.connect()
+        while node.alive:
+            node.interrupt(signal.SIGTERM)
+            time.sleep(0.001)
+
+        assert node.wait_for_exit() == 0
+        assert "Traceback" not in node.log
+
+
 def test_a_parameter_file_that_is_not_there_is_named(ros_domain: int, tmp_path: Path) -> None:
     with NodeProcess(ros_domain, tmp_path / "log", Path("nowhere.yaml")) as node:
         assert node.wait_for_exit() == 1

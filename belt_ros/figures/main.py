@@ -50,7 +50,12 @@ def _compared(number: int, case: str) -> _Item:
 def _table(
     file: str, make: Callable[[dict[str, simulation.Measured]], str], cases: tuple[str, ...]
 ) -> _Item:
-    return _Item(file, lambda runs: make({name: runs[name].measured for name in cases}), cases)
+    def made(runs: _Runs) -> str:
+        measured = {name: runs[name].measured for name in cases}
+        # as on file, so that a table drawn from the file is the same to its last digit
+        return make(simulation.from_document(simulation.to_document(measured)))
+
+    return _Item(file, made, cases)
 
 
 def _document(measured: dict[str, simulation.Measured]) -> str:

@@ -160,7 +160,7 @@ class TestPapersDrive:
 
     def test_friction_profiles_are_those_of_equilibrium(self, paper_runs: Any, kf: float) -> None:
         errors = profile_errors(make_drive(kf), paper_runs[kf])
-        assert max(errors) < 0.03
+        assert max(errors) < 0.01
 
     def test_tension_along_the_arcs_joins_the_spans(self, paper_runs: Any, kf: float) -> None:
         run = paper_runs[kf]
@@ -171,9 +171,10 @@ class TestPapersDrive:
     def test_normal_force_carries_the_effective_tension(self, paper_runs: Any, kf: float) -> None:
         lift = 0.1036 * (SPEED * RADIUS) ** 2
         for arc in (paper_runs[kf].driven_arc, paper_runs[kf].driver_arc):
-            inner = slice(3, -3)
             expected = (arc.tension - lift) / RADIUS
-            assert arc.normal[inner] == pytest.approx(expected[inner], rel=0.02)
+            assert arc.normal == pytest.approx(expected, rel=0.06)
+            inner = slice(1, -1)
+            assert arc.normal[inner] == pytest.approx(expected[inner], rel=0.01)
 
     def test_belt_keeps_its_length(self, paper_runs: Any, kf: float) -> None:
         run = paper_runs[kf]
@@ -200,7 +201,7 @@ def test_friction_torques_balance_load_and_each_other(coarse_run: FiniteElementR
 def test_friction_of_the_distribution_is_the_torque(coarse_run: FiniteElementRun) -> None:
     arc = coarse_run.driven_arc
     total = np.mean(arc.friction) * math.pi * RADIUS
-    assert total * RADIUS == pytest.approx(TORQUE, rel=0.04)
+    assert total * RADIUS == pytest.approx(TORQUE, rel=0.01)
 
 
 def test_standstill_holds_tension_and_is_quiet() -> None:
@@ -309,12 +310,33 @@ def test_slack_element_does_not_push() -> None:
 
 def test_more_elements_come_closer_to_equilibrium() -> None:
     drive = make_drive()
-    errors = []
+    driven, driver = [], []
     for n in (15, 30, 60):
         run = simulate(drive, ramp(0.5, TORQUE), INSTALLED, Discretisation(n), average_over=0.1)
-        errors.append(max(profile_errors(drive, run)))
-    assert errors[0] > 1.3 * errors[1] > 1.3**2 * errors[2]
-    assert errors[2] < 0.03
+        errors = profile_errors(drive, run)
+        driven.append(errors[0])
+        driver.append(errors[1])
+    # of second order on the driven pulley; the driver, whose speed is imposed, rings a little
+    assert driven[0] > 2.0 * driven[1] > 4.0 * driven[2]
+    assert driver[0] > 2.0 * max(driver[1:])
+    assert max(driven[2], driver[2]) < 0.01
+
+
+@pytest.mark.parametrize(("r1", "r2"), [(RADIUS, RADIUS), (0.1, 0.05), (0.05, 0.1)])
+@pytest.mark.parametrize("torque", [TORQUE, -TORQUE])
+def test_soft_contact_creeps_as_in_equilibrium_on_a_coarse_mesh(
+    r1: float, r2: float, torque: float
+) -> None:
+    # Friction grows all along the arcs, so where a node begins and ends to be held counts.
+    drive = make_drive(1e7, r1, r2)
+    torque *= 0.3 * r1 / RADIUS
+    damped = Discretisation(40, penalty_ratio=4.0, axial_damping=1.4)
+    run = simulate(drive, ramp(0.6, torque), INSTALLED, damped)
+    creep = 1.0 - tail(run.driven_speed) * r1 / (SPEED * r2)
+    tight, slack = tensions(run)
+    power = 1.0 if torque > 0.0 else -1.0
+    expected = solve_equilibrium(drive, (tight - slack) * r1 * power, 0.5 * (tight + slack), SPEED)
+    assert creep == pytest.approx(float(expected.slip), rel=0.01)
 
 
 @pytest.mark.parametrize(("r1", "r2"), [(0.1, 0.05), (0.05, 0.1)])
@@ -326,7 +348,7 @@ def test_unequal_pulleys_creep_as_in_equilibrium(r1: float, r2: float) -> None:
     assert (tight - slack) * r1 == pytest.approx(torque, rel=5e-3)
     expected = equilibrium_speed(drive, tight, slack)
     assert tail(run.driven_speed) == pytest.approx(expected, rel=1e-4)
-    assert max(profile_errors(drive, run)) < 0.03
+    assert max(profile_errors(drive, run)) < 0.01
 
 
 def test_start_at_speed_ends_where_a_ramp_does(coarse_run: FiniteElementRun) -> None:

@@ -39,7 +39,17 @@ def test_there_is_a_sample_at_every_stamp(samples) -> None:
     assert [sample.stamp_ns for sample in samples] == [n * 1_000_000 for n in range(1501)]
 
 
-def test_truth_settles_in_the_equilibrium_between_fixed_centres(samples) -> None:
+def smooth_change(duration: float, before: float, after: float) -> list[list[float]]:
+    """Points [time, value] of a change that leaves the pulleys not swinging on the spans."""
+    share = np.linspace(0.0, 1.0, 41)
+    done = share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+    return np.stack([duration * share, before + (after - before) * done], axis=-1).tolist()
+
+
+def test_truth_settles_in_the_equilibrium_between_fixed_centres() -> None:
+    script = scenario(
+        duration=1.5, speed=smooth_change(0.7, 60.0, 120.0), load=smooth_change(0.7, 5.0, 30.0)
+    )
     drive = dataclasses.replace(SETTINGS.drive, tensioning=Tensioning.FIXED_CENTRES)
     drive = dataclasses.replace(
         drive,
@@ -47,12 +57,12 @@ def test_truth_settles_in_the_equilibrium_between_fixed_centres(samples) -> None
         driver=dataclasses.replace(drive.driver, friction_stiffness=5e7),
     )
     expected = solve_equilibrium(drive, 30.0, 430.0, 120.0)
-    last = samples[-1000:]  # the pulleys swing against each other on the spans for seconds
-    for name, tolerance in (("tight_tension", 0.01), ("slack_tension", 0.01), ("slip", 0.03)):
+    last = list(simulate_finite_elements(SETTINGS, script, COARSE))[-300:]
+    for name, tolerance in (("tight_tension", 1e-3), ("slack_tension", 2e-3), ("slip", 0.015)):
         mean = np.mean([getattr(sample.truth, name) for sample in last])
         assert mean == pytest.approx(float(getattr(expected, name)), rel=tolerance)
     torque = np.mean([sample.truth.transmitted_torque for sample in last])
-    assert torque == pytest.approx(30.0, rel=0.02)
+    assert torque == pytest.approx(30.0, rel=2e-3)
 
 
 def test_soft_contact_near_its_capacity_creeps_as_in_equilibrium() -> None:
@@ -78,7 +88,7 @@ def test_soft_contact_near_its_capacity_creeps_as_in_equilibrium() -> None:
     late = [sample.truth for sample in simulate_finite_elements(settings, script)][-20:]
     expected = solve_equilibrium(drive, load, tension, speed)
     assert np.std([truth.slip for truth in late]) < 1e-5
-    assert late[-1].slip == pytest.approx(float(expected.slip), rel=0.04)
+    assert late[-1].slip == pytest.approx(float(expected.slip), rel=5e-3)
     assert late[-1].slack_tension == pytest.approx(float(expected.slack_tension), rel=0.01)
 
 

@@ -330,7 +330,8 @@ class BeltFilter:
 
     def _follow_creep(self, dt: float) -> CreepChange:
         speed = abs(float(self.x[Index.DRIVER_SPEED])) * self.constants.driver_radius
-        return self._undeveloped.advance(float(self.x[Index.PULL]), speed, dt)
+        pull, slip_per_pull = float(self.x[Index.PULL]), self._load.slip_per_pull
+        return self._undeveloped.advance(pull, slip_per_pull, speed, dt)
 
     def disregard(self) -> None:
         """Stay where `predict` has led, but by nothing of its measurement, which is not believed.

@@ -21,11 +21,17 @@ class LoadFollowing:
     """Follow torques and slip speed, also where they come in separate measurements.
 
     The slip speed is told whenever both speeds have been read anew.
+
+    Attributes
+    ----------
+    slip_per_pull : float
+        Of steady creep [1/N] by the state last followed from, at least the belt's own strain.
     """
 
     def __init__(self, constants: DriveConstants) -> None:
         self._constants = constants
         self._wander = LoadWander()
+        self.slip_per_pull = 1.0 / constants.axial_stiffness
         self.start()
 
     def start(self) -> None:
@@ -49,7 +55,8 @@ class LoadFollowing:
         c = self._constants
         ahead, variance = self._ahead(sensed)
         rim = max(c.driver_radius * abs(float(state[Index.DRIVER_SPEED])), _SLOW)
-        slip = rim * slip_per_pull(c, state) * wander.load
+        self.slip_per_pull = slip_per_pull(c, state)
+        slip = rim * self.slip_per_pull * wander.load
         torques, noise = sensed.values[_TORQUES], sensed.variances[_TORQUES]
         return self._wander.follow(
             np.array((*torques, ahead)),

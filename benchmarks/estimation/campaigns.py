@@ -94,9 +94,9 @@ CAMPAIGNS = (
         "The estimator on finite element plants",
         "The belt is simulated node by node between fixed centres. Judged at "
         f"{', '.join(f'{instant:g}' for instant in elements.JUDGED_AT)} s; a run is one draw of "
-        "the priors about the truth and of the noise. NEES: as if ln T, ln kf and ln mu were "
-        "independent.",
-        8,
+        "the priors about the truth, evenly spread over them, and of the noise. NEES: as if ln T, "
+        "ln kf and ln mu were independent.",
+        32,
         elements.jobs,
         ROWS,
         report.elements_sections,

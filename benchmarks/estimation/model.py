@@ -138,7 +138,8 @@ class ModelFilter(ABC, Generic[_State]):
     def _advance(self, z: _Floats, variance: _Floats, dt: float) -> None:
         mean = self._mean()
         speed = abs(float(mean[Index.DRIVER_SPEED])) * self.model.constants.driver_radius
-        undeveloped = self._creep.advance(float(mean[Index.PULL]), speed, dt)
+        per_pull = slip_per_pull(self.model.constants, _whole(mean[np.newaxis])[0])
+        undeveloped = self._creep.advance(float(mean[Index.PULL]), per_pull, speed, dt)
         activity = self.model.activity(z, variance, dt)
         before = self._state()
         self._predict(self.model.process(activity, undeveloped, dt), dt)

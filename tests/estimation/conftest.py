@@ -1,11 +1,14 @@
-"""The demonstration's drive, and scripted runs of it through the monitor."""
+"""The demonstration's drive, scripted runs of it through the monitor, and a saved memory."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from memories import learn, one
 from runs import ROOT, Run, Runner, scripted
 
 from belt_ros.estimation import BeltMonitor, Measurement
+from belt_ros.estimation.memory_file import memory_path, save
 from belt_ros.settings import DriveSettings, load_settings
 
 
@@ -34,3 +37,10 @@ def run(settings: DriveSettings) -> Runner:
         )
 
     return through
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    path = memory_path(tmp_path / "new", "conveyor")
+    save(learn(one()), path)
+    return path

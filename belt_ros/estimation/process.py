@@ -28,9 +28,6 @@ _COMPLIANCE_ERROR = 0.3  # of the spans' winding that the law of motion may miss
 _LEAST_PULL_ACTIVITY = 0.001
 _ONSET = 1.0 / math.sqrt(3.0)  # of a step's change of pull: what an onset at any time in it does
 _KNEE = 3.0  # how much more than the tension creep changes, near the knee
-# Of the belt's strain that a change of the pull makes: by how much slip may be off while it comes.
-# Finite element plants are by 0.10 to 0.26 (rms, load changing within 0.4 s).
-_LATE_STRAIN = 0.25
 # Compiled code wants plain integers.
 PULL, UNDEVELOPED = int(Index.PULL), int(Index.UNDEVELOPED)
 CREEP_ERROR = int(Index.CREEP_ERROR)
@@ -83,9 +80,9 @@ class UndevelopedCreep:
     """How much slip may differ from equilibrium while creep develops on the arcs.
 
     Creep is that of equilibrium at the present pull only once the belt on the arcs has been
-    replaced since the pull changed. What the contact gives way grows along the arcs, and so is
-    late in whole; the strain of the belt is there at once where it comes onto an arc, and but for
-    little. While the spans wind up, the compliance that the law of motion gives them may be off.
+    replaced since the pull changed; until then slip may be off by the creep of that change: the
+    belt's strain, and what the contact gives way. While the spans wind up, the compliance that the
+    law of motion gives them may be off as well.
     """
 
     def __init__(self, constants: DriveConstants) -> None:
@@ -105,7 +102,7 @@ class UndevelopedCreep:
     def advance(self, pull: float, slip_per_pull: float, speed: float, dt: float) -> CreepChange:
         """Follow the pull [N] at rim speed [m/s] over `dt` [s].
 
-        `slip_per_pull` [1/N] is that of steady creep, at least the belt's own strain.
+        `slip_per_pull` [1/N] is that of steady creep.
 
         Returns
         -------
@@ -121,9 +118,7 @@ class UndevelopedCreep:
         renewed = -math.expm1(-speed * dt / self._arc_length)
         self._developed_pull += renewed * (pull - self._developed_pull)
         self._recent_pull -= math.expm1(-dt / _RECENT) * (pull - self._recent_pull)
-        strain = 1.0 / self._constants.axial_stiffness
-        late = max(slip_per_pull - strain, 0.0) + _LATE_STRAIN * strain
-        behind = late * abs(pull - self._developed_pull)
+        behind = slip_per_pull * abs(pull - self._developed_pull)
         winding = abs(pull - self._recent_pull) / _RECENT * self._constants.span_compliance
         missed = _COMPLIANCE_ERROR * winding
         beside = behind + (missed / max(speed, missed) if missed > 0.0 else 0.0)

@@ -163,22 +163,6 @@ def mapped(kernel: Kernel, mean: _Floats, covariance: _Floats) -> tuple[_Floats,
 
 
 @compiled
-def cross_covariance(
-    points: _Floats, mean: _Floats, moved: _Floats, moved_mean: _Floats, weights: _Floats
-) -> _Floats:
-    """Covariance (n, n) between weighted points (p, n) before a motion (rows) and after it."""
-    count, n = points.shape
-    cross = np.zeros((n, n))
-    for p in range(count):
-        for i in range(n):
-            weighted = weights[p] * (points[p, i] - mean[i])
-            if weighted != 0.0:
-                for j in range(n):
-                    cross[i, j] += weighted * (moved[p, j] - moved_mean[j])
-    return cross
-
-
-@compiled
 def _averaged(weights: _Floats, rows: _Floats) -> _Floats:
     """Weighted mean (n,) of rows (k, n)."""
     mean = np.zeros(rows.shape[1])

@@ -9,11 +9,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.backward import cross_covariance
 from belt_ros.estimation.lean_filterpy import UnscentedKalmanFilter
 from belt_ros.estimation.load_sensors import load_readings, observe
+from belt_ros.estimation.moved import moved_belief, slopes_of
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import (
+    MOVING,
     READINGS,
     STATES,
     Index,
@@ -22,12 +23,11 @@ from belt_ros.estimation.state import (
     read,
     step_direction,
 )
-from belt_ros.estimation.torque_told import NOTHING_READ, Torques, give_back, moved_along, told
+from belt_ros.estimation.torque_told import NOTHING_READ, Torques, moved_along, told
 from belt_ros.estimation.unscented import (
     GradedSigmaPoints,
     columns_along,
     mean_and_deviation,
-    moments,
     points_about,
     sigma_points,
     take_in,
@@ -98,13 +98,15 @@ def _predict_members(
         columns = columns_along(known.covariance, order, _PULL, along)
         points = points_about(known.mean, columns, spread)
         moved = propagate(c, points, dt)
-        x_out[k], p_out[k] = moments(moved, weights, process.variance_after)
+        slopes = slopes_of(moved, MOVING, spread)
+        rows = moved_along(known, columns, order, _PULL, along, slopes)
+        x_out[k], p_out[k], across = moved_belief(
+            mean, p, known, columns, slopes, rows, moved, MOVING, weights
+        )
+        for i in range(n):
+            p_out[k, i, i] += process.variance_after[i]
         if crosses.shape[0] > 0:
-            crosses[k] = cross_covariance(points, known.mean, moved, x_out[k], weights)
-        rows = moved_along(known, columns, order, spread, _PULL, along, moved)
-        give_back(known, rows, x_out[k], p_out[k])
-        if crosses.shape[0] > 0:
-            crosses[k] += known.taken.T @ rows
+            crosses[k] = across
     return x_out, p_out
 
 

@@ -38,6 +38,7 @@ from belt_ros.mechanics.motion import (
     slip_of_creep,
     steady_creep,
     step_equation,
+    step_law,
     stepped_motion,
     stepped_pull,
 )
@@ -81,6 +82,8 @@ class Reading(IntEnum):
 
 STATES = len(Index)
 READINGS = len(Reading)
+# What `propagate` changes.
+MOVING = np.array([Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.PULL, Index.TRAVEL])
 # Beyond these, which no drive comes near, the mechanics has no digits left.
 _TENSIONS, _STIFFNESSES, _FRICTIONS = (-14.0, 28.0), (-2.0, 39.0), (-14.0, 3.4)  # logarithms
 _ROUNDING = 1.0 + 1e-6
@@ -92,34 +95,67 @@ def _bounded_exp(value: float, limits: tuple[float, float]) -> float:
     return math.exp(min(max(value, limits[0]), limits[1]))
 
 
+class _Row(NamedTuple):
+    """A state's numbers but the travel, within bounds: cheaper to pass on than a view of them."""
+
+    motion: Motion
+    driver_torque: float
+    driven_torque: float
+    log_tension: float
+    log_stiffness: float
+    log_friction: float
+    ratio_bias: float
+    creep_error: float
+    undeveloped: float
+
+
 @compiled
-def _condition(row: _Floats) -> Condition:
-    return _on_belt(
-        row,
-        _bounded_exp(row[5], _TENSIONS),
-        _bounded_exp(row[7], _FRICTIONS),
-        _bounded_exp(row[6], _STIFFNESSES),
+def _row(states: _Floats, i: int) -> _Row:
+    return _Row(
+        Motion(states[i, 0], states[i, 1], states[i, 2]),
+        states[i, 3],
+        states[i, 4],
+        states[i, 5],
+        states[i, 6],
+        states[i, 7],
+        min(max(states[i, 8], -0.5), 0.5),
+        min(max(states[i, 9], -0.9), 10.0),
+        min(max(states[i, 10], -2.0), 2.0),
     )
 
 
 @compiled
-def _on_belt(row: _Floats, tension: float, friction: float, stiffness: float) -> Condition:
+def _condition(row: _Row) -> Condition:
+    return _on_belt(
+        row,
+        _bounded_exp(row.log_tension, _TENSIONS),
+        _bounded_exp(row.log_friction, _FRICTIONS),
+        _bounded_exp(row.log_stiffness, _STIFFNESSES),
+    )
+
+
+@compiled
+def _on_belt(row: _Row, tension: float, friction: float, stiffness: float) -> Condition:
     """Condition of a row whose belt is known."""
     return Condition(
-        row[3],
-        row[4],
+        row.driver_torque,
+        row.driven_torque,
         tension,
         friction,
         stiffness,
-        min(max(row[8], -0.5), 0.5),
-        min(max(row[9], -0.9), 10.0),
-        min(max(row[10], -2.0), 2.0),
+        row.ratio_bias,
+        row.creep_error,
+        row.undeveloped,
     )
 
 
 @compiled
-def _same_belt(row: _Floats, other: _Floats) -> bool:
-    return bool(row[5] == other[5] and row[6] == other[6] and row[7] == other[7])
+def _same_belt(row: _Row, other: _Row) -> bool:
+    return (
+        row.log_tension == other.log_tension
+        and row.log_stiffness == other.log_stiffness
+        and row.log_friction == other.log_friction
+    )
 
 
 @compiled
@@ -130,21 +166,20 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
     the first; where only the motion differs, that is mostly a step without another evaluation.
     """
     out = states.copy()
-    row = states[0]
-    speed = abs(c.driver_radius * row[0])
-    first_condition = _condition(row)
-    first_step = step_equation(c, Motion(row[0], row[1], row[2]), first_condition, dt)
+    base = _row(states, 0)
+    speed = abs(c.driver_radius * base.motion.driver_speed)
+    law, first_condition = step_law(c, dt), _condition(base)
+    first_step = step_equation(c, law, base.motion, first_condition)
     forward = first_step.along >= 0.0
     first_belt = belt_in(c, first_condition, speed, forward)
-    first = loaded_near_pull(c, first_belt, abs(row[2]), UNKNOWN)
+    first = loaded_near_pull(c, first_belt, abs(base.motion.pull), UNKNOWN)
     first_pull, first = stepped_pull(c, first_belt, first_step, first)
     _, _, tension, friction, stiffness = first_condition[:5]
     for i in range(states.shape[0]):
-        row = states[i]
-        motion = Motion(row[0], row[1], row[2])
-        same_belt = _same_belt(row, states[0])
+        row = _row(states, i)
+        motion, same_belt = row.motion, _same_belt(row, base)
         condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
-        step = step_equation(c, motion, condition, dt)
+        step = step_equation(c, law, motion, condition)
         alike = (step.along >= 0.0) == forward
         if alike and same_belt:
             pull, _ = stepped_pull(c, first_belt, step, first)
@@ -154,12 +189,12 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
             guess = first_pull + (abs(step.along) - abs(first_step.along)) / step.stiff
             start = loaded_near_pull(c, belt, guess, near)
             pull, _ = stepped_pull(c, belt, step, start)
-        moved = stepped_motion(c, motion, condition, step, pull, dt)
+        moved = stepped_motion(c, law, motion, condition, step, pull)
         out[i, 0] = moved.driver_speed
         out[i, 1] = moved.driven_speed
         out[i, 2] = moved.pull
-        turned2 = row[0] + moved.driver_speed
-        turned1 = row[1] + moved.driven_speed
+        turned2 = motion.driver_speed + moved.driver_speed
+        turned1 = motion.driven_speed + moved.driven_speed
         out[i, 11] += 0.5 * dt * (c.driver_radius * turned2 - c.driven_radius * turned1)
     return out
 
@@ -188,7 +223,7 @@ def step_direction(c: DriveConstants, state: _Floats, dt: float) -> _Floats:
 @compiled
 def slip_per_pull(c: DriveConstants, state: _Floats) -> float:
     """Slip [-] per pull [1/N] of steady creep, by a state (12,); at least the belt's own strain."""
-    condition = _condition(state)
+    condition = _condition(_row(state.reshape(1, STATES), 0))
     pull = max(abs(state[2]), _TELLING_PULL * condition.tension)
     motion = Motion(state[0], state[1], math.copysign(pull, state[2]))
     creep: float = abs(predicted_slip(c, motion, condition)) / pull
@@ -229,17 +264,16 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
     solution; where pull and belt are the first's, so is the creep.
     """
     out = np.empty((states.shape[0], READINGS))
-    row = states[0]
-    condition, motion = _condition(row), Motion(row[0], row[1], row[2])
-    speed, along = abs(c.driver_radius * row[0]), pull_along(c, motion, condition)
+    base = _row(states, 0)
+    condition, motion = _condition(base), base.motion
+    speed, along = abs(c.driver_radius * motion.driver_speed), pull_along(c, motion, condition)
     belt = belt_in(c, condition, speed, along >= 0.0)
     capacity = capacity_of(c, belt, UNKNOWN)
     first = _steady(c, belt, along, capacity, UNKNOWN)
     _, _, tension, friction, stiffness = condition[:5]
     for i in range(states.shape[0]):
-        row = states[i]
-        motion = Motion(row[0], row[1], row[2])
-        same_belt = _same_belt(row, states[0])
+        row = _row(states, i)
+        motion, same_belt = row.motion, _same_belt(row, base)
         condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
         along = pull_along(c, motion, condition)
         at = first

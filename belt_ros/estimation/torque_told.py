@@ -86,49 +86,29 @@ def _shares(columns: _Floats, order: _Places, at: int, along: _Floats, vector: _
 
 @compiled
 def moved_along(
-    known: Told,
-    columns: _Floats,
-    order: _Places,
-    spread: _Floats,
-    at: int,
-    along: _Floats,
-    moved: _Floats,
+    known: Told, columns: _Floats, order: _Places, at: int, along: _Floats, slopes: _Floats
 ) -> _Floats:
     """Return what becomes of each row of `known.taken` by the line through sigma points.
 
     Parameters
     ----------
     known : Told
-    columns, order, spread, at, along
-        By which the points were laid, see `unscented.columns_along` and `points_about`.
-    moved : ndarray
-        The points (2 n + 1, n) after the step.
+    columns, order, at, along
+        By which the points were laid, see `unscented.columns_along`.
+    slopes : ndarray
+        How much the states that move change along each column (n, m).
 
     Returns
     -------
     ndarray
-        (m, n)
+        (r, m)
     """
-    count, n = known.taken.shape
-    moved_rows = np.zeros((count, n))
-    for r in range(count):
+    moved = np.zeros((known.scores.size, slopes.shape[1]))
+    for r in range(known.scores.size):
         if known.scores[r] == 0.0:
             continue
         shares = _shares(columns, order, at, along, known.taken[r])
-        for k in range(n):
-            half = 0.5 * shares[k] / math.sqrt(spread[k])
-            for i in range(n):
-                moved_rows[r, i] += half * (moved[1 + k, i] - moved[1 + n + k, i])
-    return moved_rows
-
-
-@compiled
-def give_back(known: Told, moved_rows: _Floats, mean: _Floats, covariance: _Floats) -> None:
-    """Turn a moved state, in place, into what it would be had nothing been read."""
-    n = mean.size
-    for r in range(known.scores.size):
-        row = moved_rows[r]
-        for i in range(n):
-            mean[i] -= known.scores[r] * row[i]
-            for j in range(n):
-                covariance[i, j] += row[i] * row[j]
+        for k in range(shares.size):
+            for a in range(slopes.shape[1]):
+                moved[r, a] += shares[k] * slopes[k, a]
+    return moved

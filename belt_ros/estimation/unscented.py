@@ -42,29 +42,27 @@ def _with_sum(covariance: _Floats, at: int, along: _Floats) -> _Floats:
 
 @compiled
 def upper_root(p: _Floats) -> _Floats:
-    """Upper Cholesky factor; a pivot that rounding has made too small is lifted."""
+    """Upper Cholesky factor, by the upper half; a pivot made too small by rounding is lifted."""
     n = p.shape[0]
     scale, inverse = np.empty(n), np.empty(n)
     for i in range(n):
         scale[i] = math.sqrt(max(p[i, i], 0.0))
         inverse[i] = 1.0 / scale[i] if scale[i] > 0.0 else 0.0
-    upper = np.empty((n, n))
+    upper = np.zeros((n, n))
     for i in range(n):
-        for j in range(n):
-            correlation = min(max(p[i, j] * inverse[i] * inverse[j], -1.0), 1.0)
-            upper[i, j] = correlation if j >= i else 0.0
-    for i in range(n):
-        row = upper[i]
-        shrink = 1.0 / math.sqrt(max(row[i], _SMALLEST_PIVOT))
-        row[i] = max(row[i], _SMALLEST_PIVOT)
         for j in range(i, n):
-            row[j] *= shrink
-        for k in range(i + 1, n):
-            below, share = upper[k], row[k]
-            for j in range(k, n):
-                below[j] -= share * row[j]
+            upper[i, j] = min(max(p[i, j] * inverse[i] * inverse[j], -1.0), 1.0)
     for i in range(n):
-        for j in range(n):
+        shrink = 1.0 / math.sqrt(max(upper[i, i], _SMALLEST_PIVOT))
+        upper[i, i] = max(upper[i, i], _SMALLEST_PIVOT)
+        for j in range(i, n):
+            upper[i, j] *= shrink
+        for k in range(i + 1, n):
+            share = upper[i, k]
+            for j in range(k, n):
+                upper[k, j] -= share * upper[i, j]
+    for i in range(n):
+        for j in range(i, n):
             upper[i, j] *= scale[j]
     return upper
 
@@ -75,12 +73,12 @@ def _root(p: _Floats, order: _Places) -> _Floats:
     n = p.shape[0]
     ordered = np.empty((n, n))
     for i in range(n):
-        for j in range(n):
+        for j in range(i, n):
             ordered[i, j] = p[order[i], order[j]]
     upper = upper_root(ordered)
-    columns = np.empty((n, n))
+    columns = np.zeros((n, n))
     for i in range(n):
-        for j in range(n):
+        for j in range(i, n):
             columns[i, order[j]] = upper[i, j]
     return columns
 
@@ -90,12 +88,12 @@ def points_about(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
     """Points (2 n + 1, n): x, and x +- sqrt(spread[k]) times each of the `columns`, a row each."""
     n = x.shape[0]
     points = np.empty((2 * n + 1, n))
-    points[0] = x
+    points[0, :] = x
     for k in range(n):
-        column, distance = columns[k], math.sqrt(spread[k])
+        distance = math.sqrt(spread[k])
         for i in range(n):
-            points[1 + k, i] = x[i] + distance * column[i]
-            points[1 + n + k, i] = x[i] - distance * column[i]
+            points[1 + k, i] = x[i] + distance * columns[k, i]
+            points[1 + n + k, i] = x[i] - distance * columns[k, i]
     return points
 
 
@@ -118,32 +116,11 @@ def columns_along(covariance: _Floats, order: _Places, at: int, along: _Floats) 
     """
     columns = _root(_with_sum(covariance, at, along), order)
     for k in range(columns.shape[0]):
-        column = columns[k]
-        others = -column[at]
+        others = -columns[k, at]
         for i in range(along.shape[0]):
-            others += along[i] * column[i]
-        column[at] -= others
+            others += along[i] * columns[k, i]
+        columns[k, at] -= others
     return columns
-
-
-@compiled
-def moments(points: _Floats, weights: _Floats, added: _Floats) -> tuple[_Floats, _Floats]:
-    """Weighted mean and covariance of rows, `added` on the covariance's diagonal."""
-    count, n = points.shape
-    mean = np.zeros(n)
-    for p in range(count):
-        for i in range(n):
-            mean[i] += weights[p] * points[p, i]
-    covariance = np.diag(added)
-    away = np.empty(n)
-    for p in range(count):
-        share = math.sqrt(weights[p])
-        for i in range(n):
-            away[i] = share * (points[p, i] - mean[i])
-        for i in range(n):
-            for j in range(n):
-                covariance[i, j] += away[i] * away[j]
-    return mean, covariance
 
 
 @compiled

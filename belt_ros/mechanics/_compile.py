@@ -30,11 +30,20 @@ CACHE_DIRECTORY = _cache_directory()
 _SETTING = "CACHE_DIR"  # numba makes its settings at run time
 
 
-def compiled(function: Function) -> Function:
+def compiled(function: Function, *, inline: bool = False) -> Function:
     """Compile `function` to machine code on first call; cached on disk, releases the GIL."""
     before = getattr(config, _SETTING)
     setattr(config, _SETTING, CACHE_DIRECTORY)
+    make = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=inline)
     try:
-        return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+        return cast(Function, make(function))
     finally:
         setattr(config, _SETTING, before)
+
+
+def inlined(function: Function) -> Function:
+    """As `compiled`, but made part of every compiled function that calls it.
+
+    For what is short and takes or returns large tuples, whose numbers a call would copy, each.
+    """
+    return compiled(function, inline=True)

@@ -6,7 +6,7 @@ The groups and regimes are those of `belt_ros.mechanics.arc`, which is the way i
 import math
 from typing import NamedTuple
 
-from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics._compile import compiled, inlined
 from belt_ros.mechanics.exponentials import exp_minus_one, log_one_plus
 
 _NEWTON_STEPS = 60
@@ -33,9 +33,11 @@ class ArcState(NamedTuple):
     slope: float  # dD / d traction [-]
     transition: float  # x* [-]
     restick: float  # x2 [-], NaN where the belt does not re-stick
+    traction: float  # at which it was solved [-]
+    rate: float  # d x* / d traction where the belt slides to the outlet [-]
 
 
-UNKNOWN_ARC = ArcState(math.nan, math.nan, math.nan, math.nan)
+UNKNOWN_ARC = ArcState(math.nan, math.nan, math.nan, math.nan, math.nan, 0.0)
 
 
 @compiled
@@ -71,7 +73,8 @@ def _elastic_arc(traction: float, shape: ArcShape) -> ArcState:
     growth = math.exp(risen)
     gained = exp_minus_one(risen, growth)
     slope = growth * shape.inverse_stretch
-    return ArcState(shape.role * gained * shape.inverse_stretch, slope, shape.wrap, math.nan)
+    gradient = shape.role * gained * shape.inverse_stretch
+    return ArcState(gradient, slope, shape.wrap, math.nan, traction, 0.0)
 
 
 @compiled
@@ -88,7 +91,8 @@ def _two_zone_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
         x = wrap - (traction + role * log_one_plus(-role * a)) / a  # were tanh one
     if not (low < x < high):
         x = min(2.0 * (a * wrap - traction) / a, 0.5 * wrap)  # near gross slip
-    e = one_minus_e = 0.0
+    twice = 2.0 / a
+    e, one_minus_e = 0.0, 0.0
     for _ in range(_NEWTON_STEPS):
         e = math.exp(-x)
         one_minus_e = -exp_minus_one(-x, e)
@@ -99,15 +103,16 @@ def _two_zone_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
         error = 2.0 * (a * t + role * push) / (held + 1.0 + push)
         if not abs(error) < 0.5:
             error = excess - role * math.log(held)
-        slope = -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
         rise = 0.5 * (1.0 - t) * (1.0 + t)
-        bend = a * rise * (role * a * rise / held - t) / held
+        steepness = 1.0 - role * 2.0 * a * t + t * t
+        inverse = 1.0 / (held * steepness)  # one division for all: they are what takes time here
         if error > 0.0:
             low = x
         else:
             high = x
-        newton = -error / slope
-        step = newton / min(max(1.0 + 0.5 * newton * bend / slope, 0.5), 2.0)
+        newton = error * twice * held * held * inverse
+        bent = rise * (t - role * a * rise * steepness * inverse) * held * inverse
+        step = newton / min(max(1.0 + newton * bent, 0.5), 2.0)
         if not (low <= x + step <= high):
             step = 0.5 * (low + high) - x
         x += step
@@ -119,11 +124,11 @@ def _two_zone_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
             break
     t = one_minus_e / (1.0 + e)
     held = 1.0 - role * a * t
-    slope = -0.5 * a * (1.0 - role * 2.0 * a * t + t * t) / held
-    denominator = one_minus_e * (1.0 + e) * held
-    gradient = 2.0 * a * e / denominator
-    log_slope = -(1.0 + e * e - role * a * one_minus_e * (1.0 + e)) / denominator
-    return ArcState(gradient, gradient * log_slope / slope, x, math.nan)
+    rate = -twice * held / (1.0 - role * 2.0 * a * t + t * t)
+    inverse = 1.0 / (one_minus_e * (1.0 + e) * held)
+    gradient = 2.0 * a * e * inverse
+    log_slope = -(1.0 + e * e - role * a * one_minus_e * (1.0 + e)) * inverse
+    return ArcState(gradient, gradient * log_slope * rate, x, math.nan, traction, rate)
 
 
 @compiled
@@ -208,7 +213,7 @@ def _compliant_arc(traction: float, shape: ArcShape, start: float) -> ArcState:
         if change <= _NEWTON_ENOUGH * x:
             break
     transition, restick, _, _ = _zones(x, a, wrap)
-    return ArcState(1.0 / x, slope, transition, restick)
+    return ArcState(1.0 / x, slope, transition, restick, traction, 0.0)
 
 
 @compiled
@@ -230,16 +235,17 @@ def arc_shape(a: float, wrap: float, role: int) -> ArcShape:
     return ArcShape(role, a, wrap, inverse_stretch, limit, inverse)
 
 
-@compiled
+@inlined
 def loaded_arc(traction: float, shape: ArcShape, near: ArcState) -> ArcState:
     """Solve an arc from the state `near`, of the same arc or one like it, or `UNKNOWN_ARC`."""
     if traction >= shape.growth * shape.wrap:
-        return ArcState(math.inf, math.inf, 0.0, math.nan)
+        return ArcState(math.inf, math.inf, 0.0, math.nan, traction, 0.0)
     if traction <= shape.elastic_limit:
         return _elastic_arc(traction, shape)
     if shape.role > 0 and shape.growth >= 1.0:
         return _compliant_arc(traction, shape, 1.0 / near.gradient)
-    return _two_zone_arc(traction, shape, near.transition)
+    start = near.transition + near.rate * (traction - near.traction)
+    return _two_zone_arc(traction, shape, start)
 
 
 @compiled

@@ -46,7 +46,8 @@ def _arc(traction: float, radius: float, wrap_angle: float, mu: float, role: int
     """Return an arc that adheres and slides; lengths in m."""
     wrap, growth = radius * wrap_angle, mu / radius
     begin = max(wrap - traction / growth, 0.0)
-    return ScaledArc(role, growth, wrap, 1.0, begin, wrap, 0.0, ArcState(0.0, 0.0, begin, math.nan))
+    state = ArcState(0.0, 0.0, begin, math.nan, traction, -1.0 / growth)
+    return ScaledArc(role, growth, wrap, 1.0, begin, wrap, 0.0, state)
 
 
 @compiled

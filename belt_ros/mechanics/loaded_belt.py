@@ -8,7 +8,7 @@ between fixed centres, the level of tension. Those are solved for, and what was 
 import math
 from typing import NamedTuple
 
-from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics._compile import compiled, inlined
 from belt_ros.mechanics.arc_profile import PulleyArc, profile_of
 from belt_ros.mechanics.arc_state import UNKNOWN_ARC, ArcState, loaded_arc
 from belt_ros.mechanics.constants import (
@@ -30,6 +30,7 @@ from belt_ros.mechanics.tensioning import (
 LARGEST_EXPONENT = 500.0
 _MOST_STRETCHED = 1.0  # tension over EA
 _FASTENED = 25.0  # traction whose slack is rounding beside the tight span
+_DEEP = 3.0  # scaled transition from which its arc is solved as fast from nothing known
 _SOLVE_STEPS = 100
 NEAREST_TO_CAPACITY = 1e-12
 # Of a step in the traction between fixed centres, relative; its error is that of the slope.
@@ -78,13 +79,13 @@ class Loaded(NamedTuple):
 
 @compiled
 def _strain(c: DriveConstants, slack: float, rise: float) -> tuple[float, float, float]:
-    """Return the ratio of span speeds v_L/v_H, one minus it, and the tight span's EA + T_H.
+    """Return the ratio of span speeds v_L/v_H, one minus it, and the inverse of EA + T_H.
 
     `rise` = T_H - T_L [N] is given, since their difference would lose the digits of a small load.
     """
     base = c.axial_stiffness + (slack if c.exact_strain else 0.0)
-    far = base + rise
-    return base / far, rise / far, far
+    inverse = 1.0 / (base + rise)
+    return base * inverse, rise * inverse, inverse
 
 
 @compiled
@@ -136,18 +137,19 @@ def loaded(c: DriveConstants, belt: MountedBelt, traction: float, near: Near) ->
     here = Near(receiving, giving, tautness, shift)
     stretch = c.axial_stiffness / net
     t_slack, t_tight = slack + lift, slack + lift + stretch * pull
-    u_r = receiving.gradient * slack / net
-    u_g = -giving.gradient * slack * growth / net
+    loose, tight = slack / net, slack * growth / net
+    u_r, u_g = receiving.gradient * loose, -giving.gradient * tight
     creeping = traction < belt.limit and math.isfinite(u_r) and math.isfinite(u_g)
     if not (slack > 0.0 and creeping):
         lost = math.inf
         return Loaded(traction, pull, 0.0, lost, lost, t_slack, t_tight, lost, -lost, here)
-    du_r = receiving.slope * slack / net + u_r * slack_slope / slack
-    du_g = -giving.slope * slack * growth / net + u_g * (1.0 + slack_slope / slack)
-    ratio, deficit, far = _strain(c, t_slack, stretch * pull)
-    ratio_slope = -ratio * stretch * pull_slope / far
+    relative = slack_slope / slack
+    du_r = receiving.slope * loose + u_r * relative
+    du_g = -giving.slope * tight + u_g * (1.0 + relative)
+    ratio, deficit, inverse = _strain(c, t_slack, stretch * pull)
+    ratio_slope = -ratio * stretch * pull_slope * inverse
     if c.exact_strain:
-        ratio_slope += deficit * slack_slope / far
+        ratio_slope += deficit * slack_slope * inverse
     slip = _slip(ratio, deficit, u_r, u_g)
     if u_r <= 1.0:
         drag = 1.0 / (1.0 - u_g)
@@ -175,19 +177,23 @@ def belt_on_pulleys(
 
 
 @compiled
+def _scaled(arc: ArcState, scale: float) -> ArcState:
+    """Return a start for an arc like this one, scaled lengths being `scale` times as long."""
+    x, rate = arc.transition * scale, arc.rate * scale
+    if x > _DEEP:
+        return UNKNOWN_ARC
+    return ArcState(arc.gradient, arc.slope, x, arc.restick, arc.traction, rate)
+
+
+@compiled
 def near_on(belt: MountedBelt, solved: MountedBelt, near: Near) -> Near:
     """Return what is near on one belt from what is near on another, which `solved` is."""
     if not (solved.grips and math.isfinite(near.shift)):
         return UNKNOWN
-    r, g = near.receiving, near.giving
     r_scale = belt.receiving.shape.wrap / solved.receiving.shape.wrap
     g_scale = belt.giving.shape.wrap / solved.giving.shape.wrap
-    return Near(
-        ArcState(r.gradient, r.slope, r.transition * r_scale, r.restick),
-        ArcState(g.gradient, g.slope, g.transition * g_scale, g.restick),
-        near.tautness,
-        near.shift,
-    )
+    receiving, giving = _scaled(near.receiving, r_scale), _scaled(near.giving, g_scale)
+    return Near(receiving, giving, near.tautness, near.shift)
 
 
 @compiled
@@ -234,7 +240,7 @@ def loaded_at_pull(c: DriveConstants, belt: MountedBelt, pull: float, near: Near
     return state
 
 
-@compiled
+@inlined
 def loaded_near_pull(c: DriveConstants, belt: MountedBelt, pull: float, near: Near) -> Loaded:
     """State at about a pull [N], below the capacity."""
     most = min(belt.limit, LARGEST_EXPONENT) * (1.0 - NEAREST_TO_CAPACITY)

@@ -16,7 +16,7 @@ inertia is taken at the driver's rim speed.
 
 from typing import NamedTuple
 
-from belt_ros.mechanics._compile import compiled
+from belt_ros.mechanics._compile import compiled, inlined
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.creep import Creep, balance, creep_of, pull_capacity
 from belt_ros.mechanics.loaded_belt import (
@@ -86,7 +86,7 @@ def pull_along(c: DriveConstants, state: Motion, condition: Condition) -> float:
     return _turning(v2, v1) * state.pull
 
 
-@compiled
+@inlined
 def belt_in(
     c: DriveConstants, condition: Condition, belt_speed: float, driven_receives: bool
 ) -> MountedBelt:
@@ -128,6 +128,17 @@ def predicted_slip(c: DriveConstants, state: Motion, condition: Condition) -> fl
     return slip_of_creep(steady, along >= 0.0, condition.creep_error)
 
 
+class StepLaw(NamedTuple):
+    """What all steps of one length have in common: what they make of speeds and torques."""
+
+    winding: float  # pull by a difference of rim speeds [N s/m]
+    driver_gain: float  # speed of the driver by a torque on it [rad/s / (N m)]
+    driven_gain: float
+    driver_drive: float  # rim speed of both by a torque on the driver, belt and all [m/s / (N m)]
+    driven_drive: float
+    stiff: float  # [-], see `Step`
+
+
 class Step(NamedTuple):
     """One implicit step, as the equation stiff * pull + relaxation * creep(pull) = along."""
 
@@ -138,34 +149,44 @@ class Step(NamedTuple):
 
 
 @compiled
-def _gained_together(c: DriveConstants, condition: Condition, dt: float) -> float:
-    """Rim speed [m/s] that both pulleys gain in a step, which no pull between them changes."""
-    force = condition.driver_torque / c.driver_radius + condition.driven_torque / c.driven_radius
+def step_law(c: DriveConstants, dt: float) -> StepLaw:
+    """Return what all steps of `dt` [s] have in common."""
+    winding = dt / c.span_compliance
+    driver_gain, driven_gain = dt / c.driver_inertia, dt / c.driven_inertia
     mass = c.driver_inertia / c.driver_radius**2 + c.driven_inertia / c.driven_radius**2
-    return dt * force / mass
+    apart = c.driver_radius**2 * driver_gain + c.driven_radius**2 * driven_gain
+    return StepLaw(
+        winding,
+        driver_gain,
+        driven_gain,
+        dt / (mass * c.driver_radius),
+        dt / (mass * c.driven_radius),
+        1.0 + winding * apart,
+    )
 
 
-@compiled
-def step_equation(c: DriveConstants, state: Motion, condition: Condition, dt: float) -> Step:
-    """Return the equation of a step of `dt` [s]."""
+@inlined
+def step_equation(c: DriveConstants, law: StepLaw, state: Motion, condition: Condition) -> Step:
+    """Return the equation of a step."""
     v2, v1 = rim_speed(c, state, condition)
     fastest = max(abs(v1), abs(v2))
     turning = _turning(v2, v1)
-    gain = dt / c.span_compliance
-    inertia = c.driver_radius**2 / c.driver_inertia + c.driven_radius**2 / c.driven_inertia
-    unloaded = state.pull + gain * (
+    unloaded = state.pull + law.winding * (
         v2
         - v1
         - fastest * condition.undeveloped
-        + dt * c.driver_radius * condition.driver_torque / c.driver_inertia
-        - dt * c.driven_radius * condition.driven_torque / c.driven_inertia
+        + c.driver_radius * law.driver_gain * condition.driver_torque
+        - c.driven_radius * law.driven_gain * condition.driven_torque
     )
-    then = max(fastest + turning * _gained_together(c, condition, dt), 0.0)
-    relaxation = gain * then * max(1.0 + condition.creep_error, 0.0)
-    return Step(turning, turning * unloaded, 1.0 + gain * dt * inertia, relaxation)
+    # What both pulleys gain together, which no pull between them changes.
+    gained = law.driver_drive * condition.driver_torque
+    gained += law.driven_drive * condition.driven_torque
+    then = max(fastest + turning * gained, 0.0)
+    relaxation = law.winding * then * max(1.0 + condition.creep_error, 0.0)
+    return Step(turning, turning * unloaded, law.stiff, relaxation)
 
 
-@compiled
+@inlined
 def stepped_pull(
     c: DriveConstants, belt: MountedBelt, step: Step, start: Loaded
 ) -> tuple[float, Loaded]:
@@ -178,17 +199,15 @@ def stepped_pull(
     return balance(c, belt, step.stiff / step.relaxation, along / step.relaxation, start)
 
 
-@compiled
+@inlined
 def stepped_motion(
-    c: DriveConstants, state: Motion, condition: Condition, step: Step, pull: float, dt: float
+    c: DriveConstants, law: StepLaw, state: Motion, condition: Condition, step: Step, pull: float
 ) -> Motion:
-    """Motion after a step of `dt` [s] that leads to a pull of size `pull` [N]."""
+    """Motion after a step that leads to a pull of size `pull` [N]."""
     signed = step.turning * (pull if step.along >= 0.0 else -pull)
     return Motion(
-        state.driver_speed
-        + dt * (condition.driver_torque - c.driver_radius * signed) / c.driver_inertia,
-        state.driven_speed
-        + dt * (condition.driven_torque + c.driven_radius * signed) / c.driven_inertia,
+        state.driver_speed + law.driver_gain * (condition.driver_torque - c.driver_radius * signed),
+        state.driven_speed + law.driven_gain * (condition.driven_torque + c.driven_radius * signed),
         signed,
     )
 
@@ -209,8 +228,9 @@ def step_at_speed(
     c: DriveConstants, state: Motion, condition: Condition, belt_speed: float, dt: float
 ) -> Motion:
     """As `step_motion`, with the belt's inertia at `belt_speed` [m/s]."""
-    step = step_equation(c, state, condition, dt)
+    law = step_law(c, dt)
+    step = step_equation(c, law, state, condition)
     belt = belt_in(c, condition, belt_speed, step.along >= 0.0)
     start = loaded_near_pull(c, belt, abs(state.pull), UNKNOWN)
     pull, _ = stepped_pull(c, belt, step, start)
-    return stepped_motion(c, state, condition, step, pull, dt)
+    return stepped_motion(c, law, state, condition, step, pull)

@@ -13,7 +13,6 @@ from belt_ros.estimation.backward import (
     Moments,
     backward_kernel,
     composed,
-    cross_covariance,
     fading_moments,
     identity,
     mapped,
@@ -22,7 +21,6 @@ from belt_ros.estimation.backward import (
     step_kernel,
 )
 from belt_ros.estimation.gaussian_sum import mixture_moments
-from belt_ros.estimation.unscented import GradedSigmaPoints
 
 STEPS = 12
 SCALES = 10.0 ** np.array([2.0, -5.0, 3.0, 0.0, -8.0])
@@ -205,16 +203,6 @@ def test_a_state_that_does_not_change_is_the_same_before() -> None:
     before, spread = mapped(block(kernels), later, np.zeros((5, 5)))
     np.testing.assert_allclose(before / SCALES, later / SCALES, rtol=0, atol=1e-9)
     np.testing.assert_allclose(correlation(spread, covariance), 0.0, atol=1e-9)
-
-
-def test_points_give_the_cross_covariance_of_a_linear_motion() -> None:
-    random = np.random.default_rng(2)
-    motion, root = random.standard_normal((5, 5)), random.standard_normal((5, 5))
-    mean, covariance = random.standard_normal(5), root @ root.T
-    points = GradedSigmaPoints([2, 0, 1, 3, 4], [3.0, 4.0])
-    before = points.sigma_points(mean, covariance)
-    cross = cross_covariance(before, mean, before @ motion.T, motion @ mean, points.Wm)
-    np.testing.assert_allclose(cross, covariance @ motion.T, rtol=1e-12, atol=1e-12)
 
 
 def test_the_cross_covariance_of_a_sum_is_that_of_its_joint_members() -> None:

@@ -31,6 +31,7 @@ LOADS = {
     "steady": [[1.5, 0.0], [1.7, 45.0]],
     "moving": [[1.5, 0.0], [1.7, 45.0], [3.2, 45.0], [3.5, 25.0], [3.8, 45.0]],
 }
+LOOSENED = (2, 3, 4)  # seeds of the sensors' noise
 # What counts as right, far below what any of the faults does while it acts.
 TOLERANCES = {
     "driver_speed": 0.1,  # rad/s
@@ -62,13 +63,13 @@ class Outcome:
 def start(settings: DriveSettings) -> dict[str, tuple[list[RigSample], BeltMonitor]]:
     """By load: what the rig says from the fault on, and the monitor that heard all before."""
     started = {}
-    runs = {load: {"load": points} for load, points in LOADS.items()}
+    runs = {load: {"load": points, "seed": 2} for load, points in LOADS.items()}
     loosened = [{"at": BEGIN + 0.3, "tension": 330.0, "over": 0.3}]
-    runs["loosened"] = {"load": LOADS["moving"], "events": loosened}
+    for seed in LOOSENED:
+        runs[f"loosened {seed}"] = {"load": LOADS["moving"], "events": loosened, "seed": seed}
     for load, of_run in runs.items():
         script = {
             "duration": LAST,
-            "seed": 2,
             "speed": [[0.0, 0.0], [1.0, 120.0]],
             "condition.tension": 440.0,
             "condition.friction_stiffness": 6e6,
@@ -320,15 +321,19 @@ def test_what_a_sensor_that_did_not_fit_has_taught_is_unlearned(outcome, fault) 
 def test_a_loss_that_comes_while_a_sensor_does_not_fit_is_learned_after(
     outcome, start, sensor
 ) -> None:
-    result = outcome("stuck", sensor, load="loosened")
-    assert Phase.LOST in result.phases
-    undisturbed = outcome("spike", "driven_speed", 0.0, load="loosened")
-    samples, before = start["loosened"]
-    truth = samples[-1].truth
-    assert before.estimate.margin.value > truth.margin + 0.15
-    for each in (result, undisturbed):
-        estimate = each.monitor.estimate
-        if each is undisturbed or sensor == "driven_torque":  # else mu may be what fell
-            assert estimate.mean_tension.value < 385.0, (estimate.mean_tension, estimate.margin)
-        assert estimate.margin.value == pytest.approx(truth.margin, abs=0.06)
-        assert within(estimate.mean_tension, truth.mean_tension, 3.0)
+    errors = []
+    for seed in LOOSENED:
+        load = f"loosened {seed}"
+        result = outcome("stuck", sensor, load=load)
+        assert Phase.LOST in result.phases
+        undisturbed = outcome("spike", "driven_speed", 0.0, load=load)
+        samples, before = start[load]
+        truth = samples[-1].truth
+        assert before.estimate.margin.value > truth.margin + 0.15
+        for each in (result, undisturbed):
+            estimate = each.monitor.estimate
+            if each is undisturbed or sensor == "driven_torque":  # else mu may be what fell
+                assert estimate.mean_tension.value < 385.0, (estimate.mean_tension, estimate.margin)
+            assert within(estimate.mean_tension, truth.mean_tension, 3.0)
+            errors.append(estimate.margin.value - truth.margin)
+    assert math.sqrt(np.mean(np.square(errors))) < 0.05

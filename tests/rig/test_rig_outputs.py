@@ -208,9 +208,10 @@ def test_what_cannot_be_published_is_told(
 def test_the_command_plays_several_drives_and_passes_on_what_is_for_the_node(
     listener: Listener,
 ) -> None:
+    names = itertools.product(("infeed", "outfeed", "lift"), ("driver", "driven"))
     heard = listener.command(
-        ["infeed/driver/state", "lift/driven/state"],
+        [f"{drive}/{pulley}/state" for drive, pulley in names],  # the rig waits until all are heard
         "several_drives",
         *("--ros-args", "-p", "output:=pulley_state", "-p", "wait_for_subscriber:=20.0"),
     )
-    assert [len(messages) for messages in heard.values()] == [101, 101]
+    assert [len(messages) for messages in heard.values()] == [101] * 6

@@ -13,7 +13,7 @@ from benchmarks.estimation.judged import INTERVALS, PARAMETERS, QUANTITIES, Row
 from benchmarks.estimation.statistics import held, scores
 
 SLICE = all_cells()[4::9]  # every belt, kf, load and noise
-SEEDS = (0, 1)
+SEEDS = (0, 1, 2)
 RUNS = len(SLICE) * len(SEEDS)
 RARE = 1e-4  # how seldom true intervals may fail
 
@@ -52,9 +52,7 @@ def test_intervals_hold_as_often_as_true_ones_could(judged: list[Row]) -> None:
 
 def test_intervals_a_third_as_wide_would_not_pass(judged: list[Row]) -> None:
     narrow = [with_deviations(row, 1.0 / 3.0) for row in judged]
-    found = refuted(narrow)
-    assert {"margin", "NEES"} <= set(found)
-    assert len(found) >= 4
+    assert {"tight_tension", "margin", "NEES"} <= set(refuted(narrow))
 
 
 def test_all_that_is_judged_is_a_number_with_a_deviation(judged: list[Row]) -> None:

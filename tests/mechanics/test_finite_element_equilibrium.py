@@ -120,16 +120,16 @@ class TestPapersDrive:
 
 def test_more_elements_come_closer_to_equilibrium() -> None:
     drive = make_drive()
-    driven, errors = [], []
+    driven, driver = [], []
     for n in (15, 30, 60):
         damped = Discretisation(n, penalty_ratio=4.0, axial_damping=1.4)
         run = simulate(drive, ramp(0.5, TORQUE), INSTALLED, damped, average_over=0.1)
-        both = profile_errors(drive, run)
-        driven.append(both[0])
-        errors.append(max(both))
-    assert errors[0] > 1.3 * errors[1] > 1.3**2 * errors[2]
-    assert errors[2] < 0.01
+        errors = profile_errors(drive, run)
+        driven.append(errors[0])
+        driver.append(errors[1])
     assert driven[0] > 2.0 * driven[1] > 4.0 * driven[2]  # of second order
+    assert driver[0] > 2.0 * driver[1] > 2.0 * 1.3 * driver[2]  # its speed is imposed: it rings
+    assert max(driven[2], driver[2]) < 0.01
 
 
 @pytest.mark.parametrize(("r1", "r2"), [(RADIUS, RADIUS), (0.1, 0.05), (0.05, 0.1)])

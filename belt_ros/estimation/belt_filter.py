@@ -57,6 +57,8 @@ _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is rea
 _CONTRADICTION = 50.0  # squared innovation of the travel above which positions are left out
 _CALM = 0.02  # activity of the load below which it stays as it is
 _SENSED = [Index.DRIVER_SPEED, Index.DRIVEN_SPEED, Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE]
+# Members of an enumeration are slow to look up.
+_DRIVER_SPEED, _PULL, _TRAVEL = int(Index.DRIVER_SPEED), int(Index.PULL), int(Index.TRAVEL)
 _TURN = 2.0 * math.pi
 _SECONDS = 1e-9
 
@@ -101,7 +103,7 @@ class BeltFilter:
         self._sensing = Sensing(self.constants, noise, turns)
         self._undeveloped = UndevelopedCreep(self.constants)
         self._load = LoadFollowing(self.constants)
-        self._foretold = ForetoldSlip(self.constants)
+        self._foretold = ForetoldSlip()
         self._load_cells = LoadCells(self._sensing)
         self._first = FirstReadings()
         self._recent = RecentSteps()
@@ -272,8 +274,7 @@ class BeltFilter:
         self._foretold.start()
         self._population.summarise()
         self._load_cells.take_in(self._population, sensed)
-        self._population.summarise()
-        self._undeveloped.start(float(self.x[Index.PULL]))
+        self._undeveloped.start(float(self.x[_PULL]))
 
     def predict(self, measurement: Measurement) -> float:
         """Advance to `measurement` without taking it in.
@@ -290,7 +291,7 @@ class BeltFilter:
         activity = self._load.follow(
             sensed, self.x, self._wander, dt, unforeseen=self._foretold.failed
         )
-        self._activity = float(activity.taken.max())
+        self._activity = activity.most
         self._stepping.rewind(activity)
         undeveloped = self._follow_creep(dt)
         step = self._stepping.step(measurement.stamp_ns, dt, sensed, undeveloped, activity)
@@ -302,9 +303,9 @@ class BeltFilter:
             self._population.go_back(step.before)
             step = self._stepping.step(measurement.stamp_ns, dt, sensed, undeveloped, activity)
             # for who judges the sensors
-            self.seen = np.append(self._stepping.seen, Index.TRAVEL)
+            self.seen = np.append(self._stepping.seen, _TRAVEL)
             self.surprises = np.append(self._stepping.surprises, contradiction)
-        self._foretold.compare(self._population, sensed, dt)
+        self._foretold.compare(self._stepping.lead, dt)
         self._recent.append(step)
         if self._sensing.counts_travel and not counted:
             self._begin_travel(measurement.stamp_ns, sensed)
@@ -312,11 +313,11 @@ class BeltFilter:
         self.stamp_ns = measurement.stamp_ns
         self._since_branch += dt
         self._since_reduced += dt
-        return float(self._population.squared.min()) / max(len(sensed.z), 1)
+        return self._population.least / max(len(sensed.z), 1)
 
     def _travel_contradicts(self) -> bool:
         """Whether positions say what speeds cannot be reconciled with: a jump, or a wrong sign."""
-        told = len(self.seen) > 0 and self.seen[-1] == Index.TRAVEL
+        told = self._sensing.counts_travel and self.seen.size > 0 and self.seen[-1] == _TRAVEL
         return bool(told and self.surprises[-1] > _CONTRADICTION)
 
     def _begin_travel(self, stamp_ns: int, sensed: Sensed) -> None:
@@ -329,8 +330,8 @@ class BeltFilter:
         self._population.fade((anew, anew))
 
     def _follow_creep(self, dt: float) -> CreepChange:
-        speed = abs(float(self.x[Index.DRIVER_SPEED])) * self.constants.driver_radius
-        pull, slip_per_pull = float(self.x[Index.PULL]), self._load.slip_per_pull
+        speed = abs(float(self.x[_DRIVER_SPEED])) * self.constants.driver_radius
+        pull, slip_per_pull = float(self.x[_PULL]), self._load.slip_per_pull
         return self._undeveloped.advance(pull, slip_per_pull, speed, dt)
 
     def disregard(self) -> None:
@@ -349,14 +350,14 @@ class BeltFilter:
         tuple of float and int
             Normalised innovation squared, averaged over the members, and its degrees of freedom.
         """
-        squared = float(self._population.weights @ self._population.squared)
+        squared = self._population.average
         self._stepping.take_in(self._sensed)
         self._recent.take_in()
         self._updates += 1
         if self._updates >= _REDUCE_EVERY or self._since_reduced >= _REDUCE_AFTER:
             self._reduce()
+            self._population.summarise()
             self._updates, self._since_reduced = 0, 0.0
-        self._population.summarise()
         return squared, len(self._sensed.z)
 
     def _reduce(self) -> None:

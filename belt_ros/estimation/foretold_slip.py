@@ -9,11 +9,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.population import Population
-from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.state import Index
 from belt_ros.mechanics._compile import compiled
-from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
 _MEMORY = 0.2  # [s] in which a reading's weight falls to 1/e
@@ -76,8 +73,7 @@ def lead_innovation(
 class ForetoldSlip:
     """Sum up how far slip has been from what was foretold, over the last moments."""
 
-    def __init__(self, constants: DriveConstants) -> None:
-        self._radii = constants.driver_radius, constants.driven_radius
+    def __init__(self) -> None:
         self.start()
 
     def start(self) -> None:
@@ -90,20 +86,11 @@ class ForetoldSlip:
         """Whether slip is other than was foretold, by more than chance."""
         return self._sum**2 > _UNFORESEEN**2 * self._variance
 
-    def compare(self, foretold: Population, sensed: Sensed, dt: float) -> None:
-        """Take in what was sensed, `dt` [s] after the step before, beside what was foretold."""
+    def compare(self, innovation: float, dt: float) -> None:
+        """Take in a `lead_innovation`, `dt` [s] after the step before; NaN where there is none."""
         kept = math.exp(-dt / _MEMORY)
         self._sum *= kept
         self._variance *= kept * kept
-        innovation = lead_innovation(
-            self._radii,
-            foretold.weights,
-            foretold.means,
-            foretold.covariances,
-            sensed.z,
-            sensed.variance,
-            sensed.places,
-        )
         if math.isfinite(innovation):
             self._sum += min(max(innovation, -_MOST), _MOST)
             self._variance += 1.0

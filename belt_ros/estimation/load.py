@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
+_Pair = tuple[float, float]  # of driver and driven pulley
 _PACES = np.array([1.0, 0.3, 0.1, 0.01, 0.001])  # of the greatest wander
 _PRIOR = np.array([0.02, 0.02, 0.08, 0.28, 0.6])
 _ENDING = np.array([2.0, 2.0, 1.0, 0.2, 0.1])  # of each pace [1/s]
@@ -43,19 +44,25 @@ class Activity(NamedTuple):
     Above one in a jump.
     """
 
-    taken: _Floats  # (2,), by all that tells ...
-    shown: _Floats  # ... and by the torque's own sensor, or the other's where it has none (2,)
+    taken: _Pair  # by all that tells ...
+    shown: _Pair  # ... and by the torque's own sensor, or the other's where it has none
+
+    @property
+    def most(self) -> float:
+        """That of the livelier torque."""
+        return max(self.taken)
 
     def at_least(self, other: "Activity") -> "Activity":
         """Return it raised to another, though not to a jump."""
-        return Activity(
-            np.maximum(self.taken, np.minimum(other.taken, 1.0)),
-            np.maximum(self.shown, np.minimum(other.shown, 1.0)),
-        )
+        return Activity(_raised(self.taken, other.taken), _raised(self.shown, other.shown))
 
     def jumping(self) -> "Activity":
         """Return that of a load which has jumped, whatever its sensors show."""
-        return self._replace(taken=np.maximum(self.taken, 1.0))
+        return Activity(_raised(self.taken, (1.0, 1.0)), self.shown)
+
+
+def _raised(own: _Pair, other: _Pair) -> _Pair:
+    return max(own[0], min(other[0], 1.0)), max(own[1], min(other[1], 1.0))
 
 
 @compiled
@@ -138,7 +145,7 @@ def _follow(
     anyway: _Floats,
     slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
-) -> tuple[_Floats, _Floats, bool]:
+) -> tuple[_Pair, _Pair, bool]:
     """Paces of the two torques, at least that of the slip, and their own; whether slip tells."""
     pace = np.empty(signals.size)
     for i in range(signals.size):
@@ -170,15 +177,15 @@ def _follow(
     if math.isnan(pace[1]):
         pace[1] = pace[0]
     if math.isnan(pace[0]):
-        return np.ones(2), np.ones(2), slip_tells
-    shown = pace[:2].copy()
+        return (1.0, 1.0), (1.0, 1.0), slip_tells
+    shown = pace[0], pace[1]
     slip = 0.0 if math.isnan(pace[2]) else min(pace[2], 1.0)
-    slip_tells = (slip_tells or shown.max() > _LIVELY) and slip > _TELLING
+    slip_tells = (slip_tells or max(shown[0], shown[1]) > _LIVELY) and slip > _TELLING
     moved = slip if slip_tells else 0.0
     # Without a speed, nothing would tell that it moves but the torques themselves.
     if math.isnan(pace[2]) or since[2] > _UNHEARD:
         moved = max(moved, _WITHOUT_SPEED)
-    return np.maximum(shown, moved), shown, slip_tells
+    return (max(shown[0], moved), max(shown[1], moved)), shown, slip_tells
 
 
 class LoadWander:

@@ -32,3 +32,4 @@ class LoadCells:
                 continue
             self._refused[load] = 0
             population.weigh(innovation**2 / float(population.weights @ variance))
+        population.summarise()

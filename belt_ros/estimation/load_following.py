@@ -1,6 +1,7 @@
 """How lively the load is in every step: what the sensors say of it, taken to `load.LoadWander`."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +11,57 @@ from belt_ros.estimation.measurement import Sensor
 from belt_ros.estimation.process import Wander
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.state import Index, slip_per_pull
+from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
 _SLOW = 0.1  # rim speed [m/s] below which the slip's wander no longer shrinks with it
-_TORQUES = slice(Sensor.DRIVER_TORQUE, Sensor.DRIVEN_TORQUE + 1)
+# Compiled code wants plain integers.
+_DRIVER_SPEED, _DRIVER_TORQUE = int(Index.DRIVER_SPEED), int(Sensor.DRIVER_TORQUE)
+
+
+@compiled
+def _ahead(
+    c: DriveConstants, values: _Floats, variances: _Floats, rims: _Floats
+) -> tuple[float, float]:
+    """By how much the driver's rim is faster [m/s], and its variance; NaN if not told.
+
+    `rims` (2, 2) are the speeds last read and not yet used [m/s], NaN without, and their variances.
+    """
+    for pulley in range(2):
+        radius = c.driver_radius if pulley == 0 else c.driven_radius
+        if not math.isnan(values[pulley]):
+            rims[0, pulley] = radius * values[pulley]
+            rims[1, pulley] = radius**2 * variances[pulley]
+    ahead: float = rims[0, 0] - rims[0, 1]
+    if not math.isnan(ahead):
+        rims[0] = math.nan
+    return ahead, rims[1, 0] + rims[1, 1]
+
+
+@compiled
+def _signals(
+    constants: tuple[Any, ...],
+    values: _Floats,
+    variances: _Floats,
+    state: _Floats,
+    rims: _Floats,
+    load: float,
+    creep: float,
+) -> tuple[float, _Floats]:
+    """Return slip per pull, and rows (4, 3) of signals, noise, and fastest and other wander."""
+    c = DriveConstants(*constants)  # a named tuple is slow to pass from Python
+    ahead, variance = _ahead(c, values, variances, rims)
+    rim = max(c.driver_radius * abs(state[_DRIVER_SPEED]), _SLOW)
+    per_pull = slip_per_pull(c, state)
+    rows = np.zeros((4, 3))
+    for torque in range(2):
+        rows[0, torque] = values[_DRIVER_TORQUE + torque]
+        rows[1, torque] = variances[_DRIVER_TORQUE + torque]
+        rows[2, torque] = load * (c.driver_radius if torque == 0 else c.driven_radius)
+    rows[0, 2], rows[1, 2] = ahead, variance
+    rows[2, 2], rows[3, 2] = rim * per_pull * load, creep * abs(ahead)
+    return per_pull, rows
 
 
 class LoadFollowing:
@@ -29,7 +76,7 @@ class LoadFollowing:
     """
 
     def __init__(self, constants: DriveConstants) -> None:
-        self._constants = constants
+        self._constants = tuple(constants)
         self._wander = LoadWander()
         self.slip_per_pull = 1.0 / constants.axial_stiffness
         self.start()
@@ -37,8 +84,7 @@ class LoadFollowing:
     def start(self) -> None:
         """Forget all signals, as before the first reading."""
         self._wander.start()
-        self._rims = np.full(2, math.nan)  # speeds last read and not yet used [m/s] ...
-        self._variances = np.zeros(2)  # ... and their variances
+        self._rims = np.array([[math.nan, math.nan], [0.0, 0.0]])
 
     def follow(
         self, sensed: Sensed, state: _Floats, wander: Wander, dt: float, *, unforeseen: bool
@@ -52,29 +98,13 @@ class LoadFollowing:
         Activity
             Of the load, see `LoadWander.follow`.
         """
-        c = self._constants
-        ahead, variance = self._ahead(sensed)
-        rim = max(c.driver_radius * abs(float(state[Index.DRIVER_SPEED])), _SLOW)
-        self.slip_per_pull = slip_per_pull(c, state)
-        slip = rim * self.slip_per_pull * wander.load
-        torques, noise = sensed.values[_TORQUES], sensed.variances[_TORQUES]
-        return self._wander.follow(
-            np.array((*torques, ahead)),
-            np.array((*noise, variance)),
-            np.array((wander.load * c.driver_radius, wander.load * c.driven_radius, slip)),
-            np.array((0.0, 0.0, wander.creep * abs(ahead))),
-            dt,
-            unforeseen=unforeseen,
+        self.slip_per_pull, (signals, noise, fastest, anyway) = _signals(
+            self._constants,
+            sensed.values,
+            sensed.variances,
+            state,
+            self._rims,
+            wander.load,
+            wander.creep,
         )
-
-    def _ahead(self, sensed: Sensed) -> tuple[float, float]:
-        """By how much the driver's rim is faster [m/s], and its variance; NaN if not told."""
-        c = self._constants
-        for pulley, radius in enumerate((c.driver_radius, c.driven_radius)):
-            if not math.isnan(sensed.values[pulley]):
-                self._rims[pulley] = radius * sensed.values[pulley]
-                self._variances[pulley] = radius**2 * sensed.variances[pulley]
-        ahead = float(self._rims[0] - self._rims[1])
-        if not math.isnan(ahead):
-            self._rims[:] = math.nan
-        return ahead, float(self._variances[0] + self._variances[1])
+        return self._wander.follow(signals, noise, fastest, anyway, dt, unforeseen=unforeseen)

@@ -32,78 +32,102 @@ def slopes_of(moved: _Floats, moving: _Places, spread: _Floats) -> _Floats:
 def _set_means_and_spread(
     mean: _Floats, covariance: _Floats, moved: _Floats, moving: _Places, weights: _Floats
 ) -> None:
-    """Set what the points themselves tell: means of the states `moving`, and their covariance."""
+    """Set what the points themselves tell: means of the states `moving`, and their covariance.
+
+    Leaves of each point how far it is from the mean.
+    """
     points, count = moved.shape[0], moving.size
-    away = np.empty((count, points))
     for a in range(count):
-        total = 0.0
+        at, total = moving[a], 0.0
         for p in range(points):
-            away[a, p] = moved[p, moving[a]]
-            total += weights[p] * away[a, p]
-        mean[moving[a]] = total
+            total += weights[p] * moved[p, at]
+        mean[at] = total
         for p in range(points):
-            away[a, p] -= total
+            moved[p, at] -= total
     for a in range(count):
         for b in range(a + 1):
-            total = 0.0
+            one, other, total = moving[a], moving[b], 0.0
             for p in range(points):
-                total += weights[p] * away[a, p] * away[b, p]
-            covariance[moving[a], moving[b]] = covariance[moving[b], moving[a]] = total
+                total += weights[p] * moved[p, one] * moved[p, other]
+            covariance[one, other] = covariance[other, one] = total
 
 
 @compiled
-def moved_belief(
-    mean: _Floats,
-    covariance: _Floats,
-    known: Told,
-    columns: _Floats,
-    slopes: _Floats,
-    rows: _Floats,
-    moved: _Floats,
-    moving: _Places,
-    weights: _Floats,
-) -> tuple[_Floats, _Floats, _Floats]:
-    """Mean and covariance after a motion, and the covariance across it.
+def together(known: Told, columns: _Floats, slopes: _Floats, rows: _Floats) -> _Floats:
+    """Covariances (m, n) of the states that move, after a motion, with all before it.
 
     Parameters
     ----------
-    mean, covariance : ndarray
-        Before the motion (n,) and (n, n).
     known : Told
-        The same by the readings that say where points are laid; what they took is given back.
+        By the readings that say where points are laid; what they took is given back.
     columns, slopes : ndarray
         Along which points were laid (n, n), and what moves along them (n, m), see `slopes_of`.
     rows : ndarray
         What moves along each of `known.taken` (r, m), see `torque_told.moved_along`.
+    """
+    n, count = slopes.shape
+    out = np.zeros((count, n))
+    for a in range(count):
+        for k in range(n):
+            for i in range(n):
+                out[a, i] += slopes[k, a] * columns[k, i]
+        for r in range(rows.shape[0]):
+            for i in range(n):
+                out[a, i] += rows[r, a] * known.taken[r, i]
+    return out
+
+
+@compiled
+def across(covariance: _Floats, moving: _Places, shared: _Floats) -> _Floats:
+    """Covariance (n, n) with rows for before and columns for after a motion.
+
+    By that before (n, n), and `shared` (m, n) from `together`.
+    """
+    out = covariance.copy()
+    for a in range(moving.size):
+        for i in range(out.shape[0]):
+            out[i, moving[a]] = shared[a, i]
+    return out
+
+
+@compiled
+def move_belief(
+    mean: _Floats,
+    covariance: _Floats,
+    scores: _Floats,
+    rows: _Floats,
+    shared: _Floats,
+    moved: _Floats,
+    moving: _Places,
+    weights: _Floats,
+) -> None:
+    """Make of mean and covariance before a motion those after it.
+
+    Parameters
+    ----------
+    mean, covariance : ndarray
+        (n,) and (n, n), to be changed.
+    scores : ndarray
+        Of the readings that say where points are laid (r,), see `Told`.
+    rows : ndarray
+        What moves along each of `Told.taken` (r, m), see `torque_told.moved_along`.
+    shared : ndarray
+        (m, n) from `together`.
     moved : ndarray
-        The points after the motion (2 n + 1, n).
+        The points after the motion (2 n + 1, n); lost.
     moving : ndarray
         Places of the states that move (m,).
     weights : ndarray
         Of the points.
-
-    Returns
-    -------
-    tuple of ndarray
-        (n,), (n, n), and (n, n) with rows for before and columns for after.
     """
-    n, count = mean.size, moving.size
-    mean_after, covariance_after, across = mean.copy(), covariance.copy(), covariance.copy()
-    together = np.zeros((count, n))
+    count = moving.size
     for a in range(count):
-        for k in range(n):
-            for i in range(n):
-                together[a, i] += slopes[k, a] * columns[k, i]
-        for r in range(rows.shape[0]):
-            for i in range(n):
-                together[a, i] += rows[r, a] * known.taken[r, i]
         at = moving[a]
-        for i in range(n):
-            across[i, at] = covariance_after[i, at] = covariance_after[at, i] = together[a, i]
-    _set_means_and_spread(mean_after, covariance_after, moved, moving, weights)
-    for r in range(rows.shape[0]):
+        for i in range(mean.size):
+            covariance[i, at] = covariance[at, i] = shared[a, i]
+    _set_means_and_spread(mean, covariance, moved, moving, weights)
+    for r in range(scores.size):
         for a in range(count):
-            mean_after[moving[a]] -= known.scores[r] * rows[r, a]
+            mean[moving[a]] -= scores[r] * rows[r, a]
             for b in range(count):
-                covariance_after[moving[a], moving[b]] += rows[r, a] * rows[r, b]
-    return mean_after, covariance_after, across
+                covariance[moving[a], moving[b]] += rows[r, a] * rows[r, b]

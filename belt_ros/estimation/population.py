@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from belt_ros.estimation.bank import UnscentedBank
 from belt_ros.estimation.gaussian_sum import Component, mixture_moments, normalised
-from belt_ros.estimation.process import Process
+from belt_ros.estimation.load import Activity
+from belt_ros.estimation.one_step import Foretold, take_in_and_weigh
+from belt_ros.estimation.process import CreepChange, Process, Wander
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Members
-from belt_ros.estimation.torque_told import Torques
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
@@ -36,7 +37,9 @@ class Population:
         Of the members (k,), summing to one.
     squared : ndarray
         Innovation squared of each member (k,) at the measurement last compared with, normalised by
-        the covariance of the sum.
+        the covariance of the sum ...
+    least, average : float
+        ... the least of them, and their average.
     mean, covariance : ndarray
         Of the sum, (12,) and (12, 12), when it was last summed up.
     """
@@ -49,6 +52,7 @@ class Population:
         self._log_weights = np.zeros(0)
         self.weights = np.zeros(0)
         self.squared = np.zeros(0)
+        self.least = self.average = 0.0
         self.mean = prior_mean
         self.covariance = np.diag(prior_stddev**2)
 
@@ -101,22 +105,33 @@ class Population:
         """Fade every member by the process of its mode, without any motion."""
         self._bank.fade(processes, self._changing)
 
-    def predict(
-        self, dt: float, processes: tuple[Process, Process], torques: Torques, *, crosses: bool
-    ) -> _Floats:
-        """Advance every member by the process of its mode, see `UnscentedBank.predict`."""
-        return self._bank.predict(dt, processes, self._changing, torques=torques, crosses=crosses)
-
-    def compare(self, sensed: Sensed) -> _Floats:
-        """Compare with readings; return the squared surprise of the sum at each of them."""
-        self.squared, surprises = self._bank.innovations_squared(
-            self.weights, sensed.z, sensed.variance, sensed.places
+    def step(
+        self,
+        dt: float,
+        added: tuple[Wander, Activity, CreepChange, float],
+        sensed: Sensed,
+        *,
+        crosses: bool,
+    ) -> Foretold:
+        """Advance every member and compare it with what was sensed, see `UnscentedBank.step`."""
+        foretold = self._bank.step(
+            dt, added, self._changing, self.weights, sensed.states, crosses=crosses
         )
-        return surprises
+        self.squared, self.least, self.average = foretold[:3]
+        return foretold
+
+    def take_in(self, sensed: Sensed) -> None:
+        """Take in what the last step has compared the members with, weigh and sum them up."""
+        bank = self._bank
+        bank.x, bank.P, self._log_weights, self.weights, self.mean, self.covariance, finite = (
+            take_in_and_weigh(bank.x, bank.P, self._log_weights, self.squared, *sensed.states)
+        )
+        if not finite:
+            self.summarise()
 
     def update(self, sensed: Sensed) -> None:
         """Take readings into every member, weights as they are."""
-        self._bank.update(sensed.z, sensed.variance, sensed.places)
+        self._bank.update(*sensed.states)
 
     def observe_load(self, load: int, z: float, variance: float) -> tuple[_Floats, _Floats]:
         """Take a load into every member, weights as they are, see `UnscentedBank.observe_load`."""

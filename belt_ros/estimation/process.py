@@ -243,7 +243,7 @@ def gap_processes(
         forgetting = wander.forgetting.copy()
         forgetting[:, _WORN] *= worn / gap
         wander = wander._replace(forgetting=forgetting)
-    processes = drift_processes(wander, c, Activity(np.ones(2), np.ones(2)), undeveloped, gap, gap)
+    processes = drift_processes(wander, c, Activity((1.0, 1.0), (1.0, 1.0)), undeveloped, gap, gap)
     for process in processes:
         process.memory[moving] = 0.0
         process.covariance_before[moving, :] = process.covariance_before[:, moving] = 0.0

@@ -1,10 +1,8 @@
 """The filter's last steps, which may have to be repeated before they are final."""
 
+import math
 from collections import deque
 from typing import NamedTuple, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.load import Activity
@@ -12,9 +10,10 @@ from belt_ros.estimation.process import CreepChange, Process
 from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Members, Moved
 
-_Floats = NDArray[np.float64]
 _WINDOW = 20  # steps
 _RISEN = 5.0  # of the load's activity, at which a step is repeated
+
+_LIVELIEST = math.inf, math.inf
 
 
 class Step(NamedTuple):
@@ -25,9 +24,8 @@ class Step(NamedTuple):
     before: Members
     sensed: Sensed
     undeveloped: CreepChange
-    activity: Activity  # of the load ...
-    calm: tuple[float, float]  # ... and as plain floats what was taken of it
-    processes: tuple[Process, Process]
+    activity: Activity  # of the load
+    processes: tuple[Process, Process] | None  # for a recorder, if there was one
     moved: Moved
     taken_in: bool = False  # a gated one is not
 
@@ -53,6 +51,11 @@ class Recorder(Protocol):
         """End a chain of steps."""
 
 
+def _calmer(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
+    """Return the lesser of two activities, for each pulley."""
+    return min(one[0], other[0]), min(one[1], other[1])
+
+
 class RecentSteps:
     """Keep the last steps; those that have become final go to the recorder, if there is one."""
 
@@ -60,10 +63,12 @@ class RecentSteps:
         self.recorder: Recorder | None = None
         self._steps: deque[Step] = deque()
         self._switches: dict[int, tuple[list[Component], list[bool]]] = {}
+        self._calmest = _LIVELIEST  # no step that is kept was calmer
 
     def append(self, step: Step) -> None:
         """Keep a step; the oldest becomes final."""
         self._steps.append(step)
+        self._calmest = _calmer(self._calmest, step.activity.taken)
         if len(self._steps) > _WINDOW:
             self._settle(self._steps.popleft())
 
@@ -74,7 +79,7 @@ class RecentSteps:
     def take_in(self) -> None:
         """Note that what was sensed at the last step has been taken in."""
         if self._steps:
-            self._steps[-1] = self._steps[-1]._replace(taken_in=True)
+            self._steps[-1] = Step(*self._steps[-1][:-1], taken_in=True)
 
     def switch(self, members: list[Component], came_from: list[bool]) -> None:
         """Keep a change of modes, after the last step."""
@@ -85,11 +90,22 @@ class RecentSteps:
         else:
             self.recorder.switch(members, came_from)
 
-    def taken_too_calm(self, activity: _Floats) -> list[Step]:
-        """Take out the last steps, from the first that was taken for much calmer than this."""
-        driver, driven = (activity / _RISEN).tolist()
-        calm = (driver > step.calm[0] or driven > step.calm[1] for step in self._steps)
-        first = next((at for at, is_calm in enumerate(calm) if is_calm), len(self._steps))
+    def taken_too_calm(self, activity: tuple[float, float]) -> list[Step]:
+        """Take out the last steps, from the first that was taken for much calmer than this.
+
+        A jump is no livelier than the liveliest walk.
+        """
+        driver, driven = (min(taken, 1.0) / _RISEN for taken in activity)
+        if driver <= self._calmest[0] and driven <= self._calmest[1]:
+            return []
+        self._calmest = _LIVELIEST
+        first = len(self._steps)
+        for at, step in enumerate(self._steps):
+            taken = step.activity.taken
+            if driver > taken[0] or driven > taken[1]:
+                first = at
+                break
+            self._calmest = _calmer(self._calmest, taken)
         again = [self._steps.pop() for _ in range(len(self._steps) - first)]
         for step in again:
             self._switches.pop(step.stamp_ns, None)
@@ -101,7 +117,7 @@ class RecentSteps:
             self._settle(self._steps.popleft())
 
     def _settle(self, step: Step) -> None:
-        if self.recorder is None:
+        if self.recorder is None or step.processes is None:
             return
         self.recorder.step(step.stamp_ns, step.before, step.processes, step.moved)
         if (switch := self._switches.pop(step.stamp_ns, None)) is not None:

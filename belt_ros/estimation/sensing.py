@@ -9,32 +9,30 @@ from numpy.typing import NDArray
 from belt_ros.estimation.assumptions import SensorNoise
 from belt_ros.estimation.measurement import Measurement, Sensor, sensor_variances
 from belt_ros.estimation.state import Index
-from belt_ros.estimation.torque_told import Torques
 from belt_ros.estimation.travel import Travel
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
-_PLACES = np.array(
-    [
-        Index.DRIVER_SPEED,
-        Index.DRIVEN_SPEED,
-        Index.DRIVER_TORQUE,
-        Index.DRIVEN_TORQUE,
-        Index.TRAVEL,
-    ],
-    dtype=np.int64,
+# Compiled code wants plain integers.
+_PLACES = (
+    int(Index.DRIVER_SPEED),
+    int(Index.DRIVEN_SPEED),
+    int(Index.DRIVER_TORQUE),
+    int(Index.DRIVEN_TORQUE),
+    int(Index.TRAVEL),
 )
-_TORQUES = np.array([Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE + 1])
-_TRAVEL = 4  # place in `_PLACES`, and that of the driver's position among the sensors
-_POSITIONS = slice(Sensor.DRIVER_POSITION, Sensor.DRIVEN_POSITION + 1)
-_AVERAGED = Sensor.DRIVER_POSITION  # sensors before this one: the error of a mean is less
+_READ = len(_PLACES)
+_TRAVEL = 4  # place in `_PLACES`; those before are also places among the sensors
+_DRIVER_POSITION, _DRIVEN_POSITION = int(Sensor.DRIVER_POSITION), int(Sensor.DRIVEN_POSITION)
+_AVERAGED = _DRIVER_POSITION  # sensors before this one: the error of a mean is less
 _LOADS = slice(Sensor.DRIVER_HUB_LOAD, Sensor.SPAN_TENSION + 1)
 # Load cells err in gain and zero rather than from sample to sample, so not every sample counts,
 # and a mean is no better than one.
 _BETWEEN_LOADS = 1.0  # [s]
 LOADS = 3
 NO_LOADS = np.full(LOADS, math.nan)
+_NOTHING = np.zeros(0)
 
 
 class Sensed(NamedTuple):
@@ -50,10 +48,9 @@ class Sensed(NamedTuple):
     change: float = math.nan  # see `Measurement`
 
     @property
-    def torques(self) -> Torques:
-        """Readings of the torques."""
-        begin, end = np.searchsorted(self.places, _TORQUES)  # places ascend
-        return Torques(self.z[begin:end], self.variance[begin:end], self.places[begin:end])
+    def states(self) -> tuple[_Floats, _Floats, NDArray[np.int64]]:
+        """Readings of states, their variances and places (m,)."""
+        return self.z, self.variance, self.places
 
     def part(self, begin: int, end: int | None) -> "Sensed":
         """Return this with only some of the readings of states."""
@@ -62,18 +59,36 @@ class Sensed(NamedTuple):
 
 
 @compiled
-def _there(
-    c: DriveConstants, values: _Floats, variances: _Floats, travel: float
-) -> tuple[_Floats, _Floats, NDArray[np.int64]]:
-    """Return the readings of states that are there, their variances and places."""
-    z, variance = np.empty(_PLACES.size), np.empty(_PLACES.size)
-    z[:_TRAVEL], variance[:_TRAVEL] = values[:_TRAVEL], variances[:_TRAVEL]
-    z[_TRAVEL] = travel
-    variance[_TRAVEL] = (
-        c.driver_radius**2 * variances[_TRAVEL] + c.driven_radius**2 * variances[_TRAVEL + 1]
-    )
-    there = np.flatnonzero(~np.isnan(z))
-    return z[there], variance[there], _PLACES[there]
+def _read(
+    values: _Floats,
+    noise: _Floats,
+    samples: _Floats,
+    bending: _Floats,
+    radii: tuple[float, float],
+    travel: float,
+) -> tuple[_Floats, _Floats, _Floats, NDArray[np.int64]]:
+    """Return variances of what was measured; of the states read, readings, variances and places."""
+    variances = sensor_variances(values, noise)
+    for i in range(variances.size):
+        if i < _AVERAGED and samples.size > 0:
+            variances[i] /= samples[i]
+        if _DRIVER_POSITION <= i <= _DRIVEN_POSITION:
+            variances[i] = noise[1, i]  # also of one that came a little before
+        if bending.size > 0:
+            variances[i] += bending[i]
+    z, variance, places = np.empty(_READ), np.empty(_READ), np.empty(_READ, dtype=np.int64)
+    count = 0
+    for i in range(_READ):
+        reading, own = travel, 0.0
+        if i < _TRAVEL:
+            reading, own = values[i], variances[i]
+        else:
+            for pulley in range(2):
+                own += radii[pulley] ** 2 * variances[_DRIVER_POSITION + pulley]
+        if not math.isnan(reading):
+            z[count], variance[count], places[count] = reading, own, _PLACES[i]
+            count += 1
+    return variances, z[:count], variance[:count], places[:count]
 
 
 class Sensing:
@@ -92,7 +107,7 @@ class Sensing:
     def __init__(
         self, constants: DriveConstants, noise: SensorNoise, turns: tuple[float, float]
     ) -> None:
-        self._constants = constants
+        self._radii = constants.driver_radius, constants.driven_radius
         self._travel = Travel(constants, turns)
         self.retune(noise)
         self.start()
@@ -104,7 +119,7 @@ class Sensing:
     def start(self) -> None:
         """Begin anew: angles count from the next reading on, loads are taken in at once."""
         self._travel.start()
-        self._since_loads = np.full(LOADS, math.inf)
+        self._since_loads = [math.inf] * LOADS
 
     def ask_for_load(self, load: int) -> None:
         """Take a load in again with its next reading."""
@@ -122,25 +137,22 @@ class Sensing:
     def sense(self, measurement: Measurement, dt: float) -> Sensed:
         """Return what was sensed `dt` [s] after the measurement before."""
         values = measurement.values()
-        variances = sensor_variances(values, self._noise)
-        if measurement.samples:
-            variances[:_AVERAGED] /= measurement.samples[:_AVERAGED]
-        variances[_POSITIONS] = self._noise[1, _POSITIONS]  # also of one that came a little before
-        if measurement.bending:
-            variances += measurement.bending
         travel = self._travel.ahead(measurement.speeds, measurement.positions, dt)
-        self._since_loads += dt
-        loads = NO_LOADS
-        if not all(map(math.isnan, measurement.loads)):
-            due = (self._since_loads >= _BETWEEN_LOADS) & ~np.isnan(values[_LOADS])
-            if np.any(due):
-                self._since_loads[due] = 0.0
-                loads = np.where(due, values[_LOADS], math.nan)
-        return Sensed(
+        variances, z, variance, places = _read(
             values,
-            variances,
-            *_there(self._constants, values, variances, travel),
-            loads,
-            variances[_LOADS],
-            measurement.change,
+            self._noise,
+            np.array(measurement.samples) if measurement.samples else _NOTHING,
+            np.array(measurement.bending) if measurement.bending else _NOTHING,
+            self._radii,
+            travel,
+        )
+        self._since_loads = [since + dt for since in self._since_loads]
+        loads = NO_LOADS
+        for load, reading in enumerate(measurement.loads):
+            if self._since_loads[load] >= _BETWEEN_LOADS and not math.isnan(reading):
+                self._since_loads[load] = 0.0
+                loads = loads.copy() if loads is NO_LOADS else loads
+                loads[load] = reading
+        return Sensed(
+            values, variances, z, variance, places, loads, variances[_LOADS], measurement.change
         )

@@ -150,6 +150,19 @@ def _on_belt(row: _Row, tension: float, friction: float, stiffness: float) -> Co
 
 
 @compiled
+def _condition_beside(row: _Row, base: _Row, of_base: Condition) -> Condition:
+    """Condition of a row, by that of another: what both have in common is not computed again."""
+    tension, friction, stiffness = of_base.tension, of_base.friction, of_base.stiffness
+    if row.log_tension != base.log_tension:
+        tension = _bounded_exp(row.log_tension, _TENSIONS)
+    if row.log_friction != base.log_friction:
+        friction = _bounded_exp(row.log_friction, _FRICTIONS)
+    if row.log_stiffness != base.log_stiffness:
+        stiffness = _bounded_exp(row.log_stiffness, _STIFFNESSES)
+    return _on_belt(row, tension, friction, stiffness)
+
+
+@compiled
 def _same_belt(row: _Row, other: _Row) -> bool:
     return (
         row.log_tension == other.log_tension
@@ -160,12 +173,19 @@ def _same_belt(row: _Row, other: _Row) -> bool:
 
 @compiled
 def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
+    """Return rows of states `dt` [s] later, see `propagate_each`."""
+    out = states.copy()
+    propagate_each(c, out, dt)
+    return out
+
+
+@compiled
+def propagate_each(c: DriveConstants, states: _Floats, dt: float) -> None:
     """Advance what moves in rows of states by `dt` [s]: `motion.step_at_speed` for each.
 
     The belt's inertia is taken at the first row's speed. Each row is solved from the solution of
     the first; where only the motion differs, that is mostly a step without another evaluation.
     """
-    out = states.copy()
     base = _row(states, 0)
     speed = abs(c.driver_radius * base.motion.driver_speed)
     law, first_condition = step_law(c, dt), _condition(base)
@@ -174,11 +194,10 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
     first_belt = belt_in(c, first_condition, speed, forward)
     first = loaded_near_pull(c, first_belt, abs(base.motion.pull), UNKNOWN)
     first_pull, first = stepped_pull(c, first_belt, first_step, first)
-    _, _, tension, friction, stiffness = first_condition[:5]
     for i in range(states.shape[0]):
         row = _row(states, i)
         motion, same_belt = row.motion, _same_belt(row, base)
-        condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
+        condition = _condition_beside(row, base, first_condition)
         step = step_equation(c, law, motion, condition)
         alike = (step.along >= 0.0) == forward
         if alike and same_belt:
@@ -190,13 +209,12 @@ def propagate(c: DriveConstants, states: _Floats, dt: float) -> _Floats:
             start = loaded_near_pull(c, belt, guess, near)
             pull, _ = stepped_pull(c, belt, step, start)
         moved = stepped_motion(c, law, motion, condition, step, pull)
-        out[i, 0] = moved.driver_speed
-        out[i, 1] = moved.driven_speed
-        out[i, 2] = moved.pull
+        states[i, 0] = moved.driver_speed
+        states[i, 1] = moved.driven_speed
+        states[i, 2] = moved.pull
         turned2 = motion.driver_speed + moved.driver_speed
         turned1 = motion.driven_speed + moved.driven_speed
-        out[i, 11] += 0.5 * dt * (c.driver_radius * turned2 - c.driven_radius * turned1)
-    return out
+        states[i, 11] += 0.5 * dt * (c.driver_radius * turned2 - c.driven_radius * turned1)
 
 
 @compiled
@@ -270,11 +288,11 @@ def read(c: DriveConstants, states: _Floats, slowest: float) -> _Floats:
     belt = belt_in(c, condition, speed, along >= 0.0)
     capacity = capacity_of(c, belt, UNKNOWN)
     first = _steady(c, belt, along, capacity, UNKNOWN)
-    _, _, tension, friction, stiffness = condition[:5]
+    of_base = condition
     for i in range(states.shape[0]):
         row = _row(states, i)
         motion, same_belt = row.motion, _same_belt(row, base)
-        condition = _on_belt(row, tension, friction, stiffness) if same_belt else _condition(row)
+        condition = _condition_beside(row, base, of_base)
         along = pull_along(c, motion, condition)
         at = first
         if (along >= 0.0) != first.forward or not same_belt:

@@ -8,7 +8,6 @@ are taken back and repeated.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from belt_ros.estimation.load import Activity
 from belt_ros.estimation.load_cells import LoadCells
@@ -19,7 +18,6 @@ from belt_ros.estimation.sensing import Sensed
 from belt_ros.estimation.smoother import Moved
 from belt_ros.mechanics.constants import DriveConstants
 
-_Floats = NDArray[np.float64]
 # Innovation squared at which the load must have jumped, by its degrees of freedom: about as
 # improbable for one as for four.
 _SURPRISE = (math.inf, 26.3, 30.1, 33.2, 36.0, 45.0)
@@ -42,6 +40,8 @@ class Stepping:
         To be set before the first step.
     surprises, seen : ndarray
         Of the last step: innovation squared over its variance, for each of the states seen.
+    lead : float
+        Of the last step, see `foretold_slip.lead_innovation`.
     """
 
     wander: Wander
@@ -59,6 +59,7 @@ class Stepping:
         self._load_cells = load_cells
         self.surprises = np.zeros(0)
         self.seen = np.zeros(0, dtype=np.int64)
+        self.lead = math.nan
 
     def step(
         self,
@@ -73,7 +74,7 @@ class Stepping:
         `activity` is that of the load, see `LoadWander.follow`.
         """
         step = self._moved(stamp_ns, dt, sensed, undeveloped, activity)
-        if self._population.squared.min() > _SURPRISE[len(sensed.z)]:
+        if self._population.least > _SURPRISE[len(sensed.z)]:
             # The load has jumped. Taken in as if it had not, it would be blamed on the belt.
             self._population.go_back(step.before)
             step = self._moved(stamp_ns, dt, sensed, undeveloped, activity.jumping())
@@ -91,19 +92,21 @@ class Stepping:
         population = self._population
         before = population.members()
         change = dt if math.isnan(sensed.change) else sensed.change
-        processes = drift_processes(self.wander, self._constants, activity, undeveloped, dt, change)
         recorded = self._recent.recorder is not None
-        crosses = population.predict(dt, processes, sensed.torques, crosses=recorded)
-        self.surprises = population.compare(sensed)
-        self.seen = sensed.places
-        moved = Moved(population.means, population.covariances, crosses)
-        calm = float(activity.taken[0]), float(activity.taken[1])
-        return Step(stamp_ns, dt, before, sensed, undeveloped, activity, calm, processes, moved)
+        added = self.wander, activity, undeveloped, change
+        foretold = population.step(dt, added, sensed, crosses=recorded)
+        self.seen, self.surprises, self.lead = sensed.places, foretold.surprises, foretold.lead
+        moved = Moved(population.means, population.covariances, foretold.crosses)
+        processes = (
+            drift_processes(self.wander, self._constants, *added[1:3], dt, change)
+            if recorded
+            else None
+        )
+        return Step(stamp_ns, dt, before, sensed, undeveloped, activity, processes, moved)
 
     def take_in(self, sensed: Sensed) -> None:
         """Take in what the last step has compared the members with."""
-        self._population.update(sensed)
-        self._population.weigh(self._population.squared)
+        self._population.take_in(sensed)
         self._load_cells.take_in(self._population, sensed)
 
     def unread(self, step: Step) -> Step:
@@ -117,7 +120,7 @@ class Stepping:
 
         That a load has begun to move shows some steps later; until then, the belt is blamed.
         """
-        again = self._recent.taken_too_calm(np.minimum(activity.taken, 1.0))
+        again = self._recent.taken_too_calm(activity.taken)
         if not again:
             return
         self._population.go_back(again[0].before)

@@ -16,11 +16,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation.state import Index
 from belt_ros.estimation.unscented import take_in
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
+# Compiled code wants plain integers.
+_DRIVER_TORQUE, _DRIVEN_TORQUE = int(Index.DRIVER_TORQUE), int(Index.DRIVEN_TORQUE)
 _UNBELIEVABLE = 16.0  # innovation squared over its variance, from which a reading lays no points
 _TELLING = 0.1  # share of that variance which is not the reading's own; with less, it tells little
 
@@ -43,6 +46,16 @@ class Told(NamedTuple):
 
 
 NOTHING_READ = Torques(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int64))
+
+
+@compiled
+def torques_among(z: _Floats, variance: _Floats, places: _Places) -> Torques:
+    """Return readings of the torques among those of states, whose places ascend."""
+    begin = end = 0
+    for place in places:
+        begin += place < _DRIVER_TORQUE
+        end += place <= _DRIVEN_TORQUE
+    return Torques(z[begin:end], variance[begin:end], places[begin:end])
 
 
 @compiled

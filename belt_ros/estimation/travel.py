@@ -77,12 +77,12 @@ class Travel:
 
     def __init__(self, constants: DriveConstants, turns: tuple[float, float]) -> None:
         self._constants = constants
-        self._encoders = tuple(_Encoder(turn) for turn in turns)
+        self._encoders = _Encoder(turns[0]), _Encoder(turns[1])
         self.start()
 
     def start(self) -> None:
         """Count anew from the next angles on."""
-        self._first: list[float] | None = None
+        self._first: tuple[float, float] | None = None
         for encoder in self._encoders:
             encoder.forget()
 
@@ -99,22 +99,22 @@ class Travel:
         NaN unless both angles were read since it was last told. `dt` [s] has passed since the
         measurement before.
         """
-        for encoder, speed, position in zip(self._encoders, speeds, positions, strict=True):
-            encoder.read(speed, position, dt)
-        if not all(encoder.counts for encoder in self._encoders):
+        driver, driven = self._encoders
+        driver.read(speeds[0], positions[0], dt)
+        driven.read(speeds[1], positions[1], dt)
+        if not (driver.counts and driven.counts):
             self._first = None
             return math.nan
-        if not all(encoder.fresh for encoder in self._encoders):
+        if not (driver.fresh and driven.fresh):
             return math.nan
-        angles = [encoder.angle for encoder in self._encoders]
-        for encoder in self._encoders:
-            encoder.read_anew = False
+        angles = driver.angle, driven.angle
+        driver.read_anew = driven.read_anew = False
         if self._first is None:
             self._first = angles
             return math.nan
         c = self._constants
-        driver = c.driver_radius * (angles[0] - self._first[0])
-        return driver - c.driven_radius * (angles[1] - self._first[1])
+        ahead = c.driver_radius * (angles[0] - self._first[0])
+        return ahead - c.driven_radius * (angles[1] - self._first[1])
 
 
 def travel_anew(constants: DriveConstants, variances: tuple[float, float]) -> Process:

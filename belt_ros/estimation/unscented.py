@@ -24,63 +24,90 @@ _DROWNED = 1e-8  # share of a variance below which differences of covariances ar
 
 
 @compiled
-def _with_sum(covariance: _Floats, at: int, along: _Floats) -> _Floats:
-    """Covariance with the sum `along` of states in place of state `at`."""
-    n = along.shape[0]
-    p = covariance.copy()
-    total = 0.0
+def _factorise(upper: _Floats) -> None:
+    """Make of the upper half of a covariance its upper Cholesky factor.
+
+    A pivot made too small by rounding is lifted.
+    """
+    n = upper.shape[0]
+    scales = np.empty((2, n))  # of each row, and one by it
     for i in range(n):
-        row = 0.0
-        for j in range(n):
-            row += covariance[i, j] * along[j]
-        p[i, at] = row
-        p[at, i] = row
-        total += along[i] * row
-    p[at, at] = total
-    return p
+        scale = math.sqrt(max(upper[i, i], 0.0))
+        scales[0, i], scales[1, i] = scale, 1.0 / scale if scale > 0.0 else 0.0
+    for i in range(n):
+        by_pivot = 0.0
+        for j in range(i, n):
+            rest = min(max(upper[i, j] * scales[1, i] * scales[1, j], -1.0), 1.0)
+            for k in range(i):
+                rest -= upper[k, i] * upper[k, j]
+            if j == i:
+                by_pivot = 1.0 / math.sqrt(max(rest, _SMALLEST_PIVOT))
+                rest = max(rest, _SMALLEST_PIVOT)
+            upper[i, j] = rest * by_pivot
+    for i in range(n):
+        for j in range(i, n):
+            upper[i, j] *= scales[0, j]
 
 
 @compiled
 def upper_root(p: _Floats) -> _Floats:
     """Upper Cholesky factor, by the upper half; a pivot made too small by rounding is lifted."""
     n = p.shape[0]
-    scale, inverse = np.empty(n), np.empty(n)
-    for i in range(n):
-        scale[i] = math.sqrt(max(p[i, i], 0.0))
-        inverse[i] = 1.0 / scale[i] if scale[i] > 0.0 else 0.0
     upper = np.zeros((n, n))
     for i in range(n):
         for j in range(i, n):
-            upper[i, j] = min(max(p[i, j] * inverse[i] * inverse[j], -1.0), 1.0)
-    for i in range(n):
-        shrink = 1.0 / math.sqrt(max(upper[i, i], _SMALLEST_PIVOT))
-        upper[i, i] = max(upper[i, i], _SMALLEST_PIVOT)
-        for j in range(i, n):
-            upper[i, j] *= shrink
-        for k in range(i + 1, n):
-            share = upper[i, k]
-            for j in range(k, n):
-                upper[k, j] -= share * upper[i, j]
-    for i in range(n):
-        for j in range(i, n):
-            upper[i, j] *= scale[j]
+            upper[i, j] = p[i, j]
+    _factorise(upper)
     return upper
+
+
+@compiled
+def _placed(upper: _Floats, order: _Places) -> _Floats:
+    """Rows of a factor taken in `order`, their entries in the places of the states."""
+    n = upper.shape[0]
+    columns = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i, n):
+            columns[i, order[j]] = upper[i, j]
+    return columns
 
 
 @compiled
 def _root(p: _Floats, order: _Places) -> _Floats:
     """Cholesky factor in `order`, a column a row, its entries in the places of the states."""
     n = p.shape[0]
-    ordered = np.empty((n, n))
+    upper = np.empty((n, n))
     for i in range(n):
         for j in range(i, n):
-            ordered[i, j] = p[order[i], order[j]]
-    upper = upper_root(ordered)
-    columns = np.zeros((n, n))
+            upper[i, j] = p[order[i], order[j]]
+    _factorise(upper)
+    return _placed(upper, order)
+
+
+@compiled
+def _root_with_sum(p: _Floats, order: _Places, at: int, along: _Floats) -> _Floats:
+    """As `_root`, with the sum `along` of states in place of state `at`."""
+    n = p.shape[0]
+    with_sum, total = np.zeros(n), 0.0
+    for j in range(n):
+        if along[j] != 0.0:
+            for i in range(n):
+                with_sum[i] += along[j] * p[j, i]
+    upper = np.empty((n, n))
+    place = 0
     for i in range(n):
+        total += along[i] * with_sum[i]
+        if order[i] == at:
+            place = i
         for j in range(i, n):
-            columns[i, order[j]] = upper[i, j]
-    return columns
+            upper[i, j] = p[order[i], order[j]]
+    for i in range(place):
+        upper[i, place] = with_sum[order[i]]
+    upper[place, place] = total
+    for j in range(place + 1, n):
+        upper[place, j] = with_sum[order[j]]
+    _factorise(upper)
+    return _placed(upper, order)
 
 
 @compiled
@@ -114,12 +141,11 @@ def columns_along(covariance: _Floats, order: _Places, at: int, along: _Floats) 
     `along` (n,) says how often each state counts in the sum, `at` once. Columns after that of `at`
     leave the sum as it is.
     """
-    columns = _root(_with_sum(covariance, at, along), order)
-    for k in range(columns.shape[0]):
-        others = -columns[k, at]
-        for i in range(along.shape[0]):
-            others += along[i] * columns[k, i]
-        columns[k, at] -= others
+    columns = _root_with_sum(covariance, order, at, along)
+    for i in range(along.shape[0]):
+        if along[i] != 0.0 and i != at:
+            for k in range(columns.shape[0]):
+                columns[k, at] -= along[i] * columns[k, i]
     return columns
 
 
@@ -143,10 +169,18 @@ def take_in(
     x: _Floats, covariance: _Floats, z: _Floats, variance: _Floats, seen: _Places
 ) -> tuple[_Floats, _Floats]:
     """Update by readings `z` of the states `seen`, each of its own `variance`."""
+    x, p = x.copy(), covariance.copy()
+    take_in_place(x, p, z, variance, seen, np.empty((4, x.shape[0])))
+    return x, p
+
+
+@compiled
+def take_in_place(
+    x: _Floats, p: _Floats, z: _Floats, variance: _Floats, seen: _Places, scratch: _Floats
+) -> None:
+    """As `take_in`, changing `x` (n,) and its covariance `p` (n, n); `scratch` is (4, n)."""
     n = x.shape[0]
-    x = x.copy()
-    p = covariance.copy()
-    row, gain, rest, before = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    row, gain, rest, before = scratch[0], scratch[1], scratch[2], scratch[3]
     for reading in range(z.shape[0]):
         at = seen[reading]
         total = p[at, at] + variance[reading]
@@ -168,7 +202,6 @@ def take_in(
                 p[i, :] = p[:, i] = 0.0
                 p[i, i] = _ROUNDING * before[i]
         p[at, at] = before[at] * variance[reading] / total
-    return x, p
 
 
 class GradedSigmaPoints:

@@ -2,7 +2,6 @@
 
 import math
 
-import numpy as np
 import pytest
 
 from belt_ros.estimation.load import Activity
@@ -16,7 +15,7 @@ def creep_memory(settings: DriveSettings, changed: float, dt: float) -> tuple[fl
     c = drive_constants(settings.drive)
     _, spread = prior_state(settings.prior, settings.drive)
     wander = drift_wander(settings.drift, spread, settings.prior.tension)
-    calm = Activity(np.zeros(2), np.zeros(2))
+    calm = Activity((0.0, 0.0), (0.0, 0.0))
     process, _ = drift_processes(wander, c, calm, (0.01, 0.0, changed), dt, dt)
     gained = process.covariance_before[CREEP_ERROR, CREEP_ERROR]
     return float(process.memory[CREEP_ERROR]), float(gained)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation.foretold_slip import ForetoldSlip, lead_innovation
-from belt_ros.estimation.sensing import NO_LOADS, Sensed
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics.constants import DriveConstants, drive_constants
 from belt_ros.settings import DriveSettings
@@ -39,11 +38,11 @@ def constants(settings: DriveSettings) -> DriveConstants:
     return drive_constants(settings.drive)
 
 
-def sensed(z, places=SPEEDS) -> Sensed:
-    values = np.full(9, math.nan)
+def lead(constants: DriveConstants, foretold: Foretold, z, places=SPEEDS) -> float:
     z, places = np.asarray(z, dtype=float), np.asarray(places, dtype=np.int64)
-    variance = np.full(z.size, NOISE**2)
-    return Sensed(values, np.ones(9), z, variance, places, NO_LOADS, np.ones(3))
+    radii = constants.driver_radius, constants.driven_radius
+    sums = foretold.weights, foretold.means, foretold.covariances
+    return lead_innovation(radii, *sums, z, np.full(z.size, NOISE**2), places)
 
 
 @pytest.mark.parametrize("read", [(0,), (1,), (0, 1), (1, 0), (2, 0, 1)])
@@ -76,21 +75,21 @@ def test_the_innovation_is_that_of_the_whole_sum(seed: int, read: tuple[int, ...
 
 
 def test_without_a_speed_there_is_no_innovation_and_nothing_fails(constants) -> None:
-    foretold, slip = Foretold(0), ForetoldSlip(constants)
+    foretold, slip = Foretold(0), ForetoldSlip()
     for _ in range(50):
-        slip.compare(foretold, sensed([1e9], [Index.DRIVER_TORQUE]), DT)
+        slip.compare(lead(constants, foretold, [1e9], [Index.DRIVER_TORQUE]), DT)
     assert not slip.failed
 
 
 def play(constants, seed: int, drift: float, steps: int, dt: float = DT) -> list[bool]:
     """Whether it has failed after each step; `drift` is in deviations of the noise."""
-    random, slip = np.random.default_rng(seed), ForetoldSlip(constants)
+    random, slip = np.random.default_rng(seed), ForetoldSlip()
     foretold = Foretold(seed, spread=1e-9)
     failed = []
     for _ in range(steps):
         z = 100.0 + NOISE * random.standard_normal(2)
         z[1] -= drift * NOISE
-        slip.compare(foretold, sensed(z), dt)
+        slip.compare(lead(constants, foretold, z), dt)
         failed.append(slip.failed)
     return failed
 
@@ -108,22 +107,22 @@ def test_slip_that_stays_aside_is_noticed_within_a_quarter_of_a_second(constants
 
 
 def test_one_reading_alone_proves_nothing_however_far_off_it_is(constants) -> None:
-    foretold, slip = Foretold(1, spread=1e-9), ForetoldSlip(constants)
+    foretold, slip = Foretold(1, spread=1e-9), ForetoldSlip()
     for _ in range(50):
-        slip.compare(foretold, sensed([100.0, 100.0]), DT)
-    slip.compare(foretold, sensed([100.0, -1e9]), DT)
+        slip.compare(lead(constants, foretold, [100.0, 100.0]), DT)
+    slip.compare(lead(constants, foretold, [100.0, -1e9]), DT)
     assert not slip.failed
     for value in (math.inf, math.nan):
-        slip.compare(foretold, sensed([value, 100.0]), DT)
+        slip.compare(lead(constants, foretold, [value, 100.0]), DT)
     assert not slip.failed
-    slip.compare(foretold, sensed([100.0, -1e9]), DT)
+    slip.compare(lead(constants, foretold, [100.0, -1e9]), DT)
     assert slip.failed
 
 
 def test_a_start_forgets_what_was_not_foretold(constants) -> None:
-    foretold, slip = Foretold(1, spread=1e-9), ForetoldSlip(constants)
+    foretold, slip = Foretold(1, spread=1e-9), ForetoldSlip()
     for _ in range(9):
-        slip.compare(foretold, sensed([110.0, 100.0]), DT)
+        slip.compare(lead(constants, foretold, [110.0, 100.0]), DT)
     assert slip.failed
     slip.start()
     assert not slip.failed

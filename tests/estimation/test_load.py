@@ -33,9 +33,10 @@ class Bench:
         z[list(missing)] = math.nan
         fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
         noise = self.noise**2
-        return self.wander.follow(
+        activity = self.wander.follow(
             z, noise, fastest, np.zeros(3), self.dt, unforeseen=unforeseen
-        ).taken
+        )
+        return np.array(activity.taken)
 
     def hold(self, torque: float, seconds: float, missing: tuple[int, ...] = ()):
         """Activities (n, 2) over some time of constant torque."""
@@ -248,12 +249,12 @@ def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float
             unforeseen=unforeseen,
         )
         for of_both in active:
-            assert of_both.shape == (2,)
+            assert len(of_both) == 2
             assert np.all(np.isfinite(of_both))
-            assert np.all(of_both >= 0.0)
+            assert min(of_both) >= 0.0
             if dt > 0.5 and math.isnan(readings[0]) and math.isnan(readings[1]):
-                assert np.all(of_both == 1.0)
-        assert np.all(active.taken >= active.shown)
+                assert of_both == (1.0, 1.0)
+        assert np.all(np.greater_equal(active.taken, active.shown))
 
 
 @pytest.mark.parametrize("dt", [0.01, 0.02, 0.05])

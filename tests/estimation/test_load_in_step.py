@@ -31,7 +31,7 @@ def process(
     c = drive_constants(settings.drive)
     _, spread = prior_state(settings.prior, settings.drive)
     wander = drift_wander(settings.drift, spread, settings.prior.tension)
-    activity = Activity(np.array(taken), np.array(shown))
+    activity = Activity(taken, shown)
     return c, wander.load, drift_processes(wander, c, activity, STEADY, dt, dt)[0]
 
 
@@ -97,11 +97,11 @@ def test_when_a_load_has_jumped_is_left_open_as_in_the_liveliest_walk() -> None:
 
 
 def test_a_load_that_has_jumped_without_its_sensor_leaves_speeds_as_they_are() -> None:
-    calm = Activity(np.array([0.3, 0.001]), np.array([0.002, 0.001]))
+    calm = Activity((0.3, 0.001), (0.002, 0.001))
     jumping = calm.jumping()
     np.testing.assert_array_equal(jumping.taken, 1.0)
     np.testing.assert_array_equal(jumping.shown, calm.shown)
-    raised = calm.at_least(Activity(np.array([9.0, 0.5]), np.array([9.0, 0.2])))
+    raised = calm.at_least(Activity((9.0, 0.5), (9.0, 0.2)))
     np.testing.assert_array_equal(raised.taken, [1.0, 0.5])
     np.testing.assert_array_equal(raised.shown, [1.0, 0.2])
 

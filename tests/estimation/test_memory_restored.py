@@ -44,7 +44,7 @@ def test_without_a_change_of_tension_ageing_is_the_filter_s_own(components, elap
     constants = drive_constants(DRIVE)
     wander = drift_wander(DRIFT, STDDEV, 400.0)
     process, _ = drift_processes(
-        wander, constants, Activity(np.ones(2), np.ones(2)), (1.0, 0.0, 0.0), elapsed, elapsed
+        wander, constants, Activity((1.0, 1.0), (1.0, 1.0)), (1.0, 0.0, 0.0), elapsed, elapsed
     )
     belt = PLACES[:3]
     learned = learn(components).components

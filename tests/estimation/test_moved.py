@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_ros.estimation.moved import moved_belief, slopes_of
+from belt_ros.estimation.moved import across, move_belief, slopes_of, together
 from belt_ros.estimation.torque_told import Told
 from belt_ros.estimation.unscented import GradedSigmaPoints, columns_along
 
@@ -34,9 +34,11 @@ def belief_after(motion) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     columns = columns_along(COVARIANCE, POINTS.order, 0, ALONE)
     moved = motion(POINTS.sigma_points(MEAN, COVARIANCE))
     slopes = slopes_of(moved, MOVING, POINTS.spread)
-    return moved_belief(
-        MEAN, COVARIANCE, known, columns, slopes, np.zeros((1, 2)), moved, MOVING, POINTS.Wm
-    )
+    rows = np.zeros((1, 2))
+    shared = together(known, columns, slopes, rows)
+    mean, covariance = MEAN.copy(), COVARIANCE.copy()
+    move_belief(mean, covariance, known.scores, rows, shared, moved, MOVING, POINTS.Wm)
+    return mean, covariance, across(COVARIANCE, MOVING, shared)
 
 
 @pytest.mark.parametrize("motion", [linear, bent])
@@ -45,19 +47,19 @@ def test_they_are_those_of_the_weighted_points(motion) -> None:
     moved = motion(points)
     mean = POINTS.Wm @ moved
     away = moved - mean
-    mean_after, covariance_after, across = belief_after(motion)
+    mean_after, covariance_after, shared = belief_after(motion)
     np.testing.assert_allclose(mean_after, mean, atol=1e-12)
     np.testing.assert_allclose(covariance_after, (away.T * POINTS.Wm) @ away, atol=1e-12)
-    np.testing.assert_allclose(across, ((points - MEAN).T * POINTS.Wm) @ away, atol=1e-12)
+    np.testing.assert_allclose(shared, ((points - MEAN).T * POINTS.Wm) @ away, atol=1e-12)
 
 
 def test_of_a_linear_motion_they_are_exact() -> None:
     matrix = np.eye(5)
     matrix[MOVING] = ROWS
-    mean, covariance, across = belief_after(linear)
+    mean, covariance, shared = belief_after(linear)
     np.testing.assert_allclose(mean, matrix @ MEAN, atol=1e-12)
     np.testing.assert_allclose(covariance, matrix @ COVARIANCE @ matrix.T, atol=1e-12)
-    np.testing.assert_allclose(across, COVARIANCE @ matrix.T, atol=1e-12)
+    np.testing.assert_allclose(shared, COVARIANCE @ matrix.T, atol=1e-12)
 
 
 def test_what_stays_keeps_its_covariance_to_the_bit() -> None:

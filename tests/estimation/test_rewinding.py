@@ -32,8 +32,7 @@ def step(stamp_ns: int, activity: tuple[float, float]) -> Step:
         empty,
         sensed,
         (0.0, 0.0, 0.0),
-        Activity(np.array(activity), np.array(activity)),
-        activity,
+        Activity(activity, activity),
         (process, process),
         Moved(NOTHING, NOTHING, NOTHING),
     )

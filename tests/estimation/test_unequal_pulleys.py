@@ -32,7 +32,7 @@ def test_torques_are_as_uncertain_as_their_radii_say(ratio: float) -> None:
     assert stddev[TORQUES[1]] == pytest.approx(ratio * stddev[TORQUES[0]])
     c = drive_constants(drive)
     wander = drift_wander(Drift(), stddev, 400.0)
-    activity = Activity(np.ones(2), np.ones(2))
+    activity = Activity((1.0, 1.0), (1.0, 1.0))
     settled, _ = drift_processes(wander, c, activity, (0.1, 0.0, 0.0), 0.01, 0.01)
     driver, driven = np.sqrt(np.diag(settled.covariance_before)[TORQUES])
     assert driven == pytest.approx(ratio * driver)

@@ -15,7 +15,8 @@ from belt_ros.estimation.reduction import reduced
 from belt_ros.estimation.state import STATES
 from belt_ros.settings import DriveSettings
 
-_SAMPLES = 30
+_SAMPLES, _BEFORE_PAUSE = 45, 30
+_PAUSE_NS = 10_000_000_000
 _INTERVAL_NS = 20_000_000
 _SPEED = 1.0  # [rad/s]
 _SHARE = 0.1  # of a probability
@@ -36,12 +37,13 @@ def warm_up(settings: DriveSettings) -> float:
 
 
 def _measurements(tension: float) -> Iterator[Measurement]:
-    """Yield those of a drive that is loaded and turns without slip."""
+    """Yield those of a drive that is loaded and turns without slip, and pauses once."""
     for sample in range(_SAMPLES):
         turned = _SPEED * sample * _INTERVAL_NS * 1e-9
+        paused_ns = _PAUSE_NS if sample >= _BEFORE_PAUSE else 0
         torque = _SHARE * math.sin(sample)
         yield Measurement(
-            (1 + sample) * _INTERVAL_NS,
+            (1 + sample) * _INTERVAL_NS + paused_ns,
             *(_SPEED, _SPEED, torque, -torque, turned, turned),
             driver_hub_load=2.0 * tension,
             driven_hub_load=2.0 * tension,

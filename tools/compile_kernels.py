@@ -3,15 +3,19 @@
 import compileall
 import re
 import shutil
+from itertools import islice
 from pathlib import Path
 
+from belt_ros.estimation.hindsight import HindsightReader
 from belt_ros.mechanics._compile import CACHE_DIRECTORY
 from belt_ros.node.warming_up import warm_up
 from belt_ros.rating import rate
-from belt_ros.rig import load_scenario, simulate
-from belt_ros.settings import load_settings
+from belt_ros.replay.smoothing import smoothed_rows
+from belt_ros.rig import Scenario, load_scenario, measured
+from belt_ros.settings import DriveSettings, load_settings
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
+MEASUREMENTS = 130  # a second and more: as long as it takes until modes change
 KEPT = 3  # branches, or checkouts, that can take turns without compiling anew
 DIGEST = re.compile("[0-9a-f]{16}")
 
@@ -27,14 +31,24 @@ def remove_outdated(current: Path) -> None:
         shutil.rmtree(outdated, ignore_errors=True)
 
 
+def replay(settings: DriveSettings, scenario: Scenario) -> None:
+    """Run what replay does, on the first moments of a scenario: it looks back as well."""
+    monitor = settings.monitor()
+    reader = HindsightReader(settings.drive, settings.limits.standstill_speed)
+    with monitor.smoother() as smoother:
+        for measurement, _ in islice(measured(settings, scenario), MEASUREMENTS):
+            monitor.step(measurement)
+        monitor.finish()
+        for _ in smoothed_rows(smoother, reader, lambda _: None):
+            pass
+
+
 def main() -> None:
     """Run what the node, the rig and the command compile."""
     settings = load_settings(CONFIG / "demo_drive.yaml")
     warm_up(settings)
     rate(settings)
-    samples = simulate(settings, load_scenario(CONFIG / "scenarios" / "demo.yaml", settings))
-    for _ in range(2):  # the first is there before any motion
-        next(samples)
+    replay(settings, load_scenario(CONFIG / "scenarios" / "demo.yaml", settings))
     remove_outdated(Path(CACHE_DIRECTORY))
     # Where Python is told to write no bytecode, every start would compile all modules anew.
     compileall.compile_dir(CONFIG.parent / "belt_ros", quiet=1)

@@ -67,19 +67,17 @@ def pip_install(ros: str) -> list[str | Path]:
 
 
 def install_package(ros: str) -> None:
-    """Install belt_ros with what it computes with, and what builds it."""
-    pip = pip_install(ros)
-    run_logged("build tools", *pip, "-r", TOOLS / "requirements-build.txt")
-    # With the setuptools just installed.
-    run_logged("belt_ros", *pip, "--no-build-isolation", "-e", ".")
+    """Install belt_ros with what it computes with."""
+    run_logged("belt_ros", *pip_install(ros), "-e", ".")
 
 
 def install_ros_and_tools(ros: str) -> None:
-    """Install ROS 2 wheels and what tests and checks need, and let the environment find them."""
-    requirements: list[str | Path]
-    requirements = ["-r", TOOLS / "requirements-ros.txt"] if ros == WHEELS else []
-    name = "ROS 2, tests and checks" if ros == WHEELS else f"tests and checks beside ROS 2 {ros}"
-    run_logged(name, *pip_install(ros), *requirements, "--no-build-isolation", "-e", ".[dev]")
+    """Install ROS 2 wheels and what builds, tests and checks; let the environment find them."""
+    requirements = [TOOLS / "requirements-build.txt"]
+    requirements += [TOOLS / "requirements-ros.txt"] if ros == WHEELS else []
+    files = [part for file in requirements for part in ("-r", file)]
+    name = "ROS 2 and tools" if ros == WHEELS else f"tools beside ROS 2 {ros}"
+    run_logged(name, *pip_install(ros), *files, "-e", ".[dev]")
     if ros == WHEELS:
         repair_wheels()
     install_ros_environment(ros)

@@ -36,6 +36,7 @@ _BENT = {
 _ORDER = [*_BENT, Index.CREEP_ERROR]
 _ORDER += [index for index in Index if index not in _ORDER]
 POINTS = GradedSigmaPoints(_ORDER, list(_BENT.values()))
+_NO_CROSSES = np.empty((0, STATES, STATES))
 
 
 def motion_points(constants: DriveConstants, dt: float) -> GradedSigmaPoints:
@@ -68,6 +69,7 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
     def __init__(self, constants: DriveConstants, anchor: _Floats) -> None:
         super().__init__(STATES, STATES, 1.0, None, None, POINTS)
         self._constants = constants
+        self._packed = tuple(constants)  # see `step_members`
         self._anchor = anchor
         self.x = np.zeros((0, STATES))
         self.P = np.zeros((0, STATES, STATES))
@@ -148,9 +150,9 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
         """
         wander, activity, undeveloped, change = added
         z, variance, places = readings
-        across = np.empty((len(self) if crosses else 0, STATES, STATES))
+        across = np.empty((len(self), STATES, STATES)) if crosses else _NO_CROSSES
         self.x, self.P, squared, least, average, surprises, lead = step_members(
-            tuple(self._constants),
+            self._packed,
             tuple(wander),
             activity.taken,
             activity.shown,

@@ -20,8 +20,8 @@ from belt_ros.estimation.state import (
 from belt_ros.estimation.torque_told import Torques, moved_along, told
 from belt_ros.estimation.unscented import (
     columns_along,
+    lay_points,
     mean_and_deviation,
-    points_about,
     sigma_points,
     take_in_place,
     upper_root,
@@ -59,6 +59,7 @@ def predict_members(
     members, n = x.shape
     x_out = np.empty((members, n))
     p_out = np.empty((members, n, n))
+    points = np.empty((2 * n + 1, n))
     for k in range(members):
         mean, p = x_out[k], p_out[k]
         process = processes[mode[k]]
@@ -71,7 +72,7 @@ def predict_members(
         known = told(mean, p, torques)
         along = step_direction(c, known.mean, dt)
         columns = columns_along(known.covariance, order, PULL, along)
-        points = points_about(known.mean, columns, spread)
+        lay_points(points, known.mean, columns, spread)
         propagate_each(c, points, dt)
         slopes = slopes_of(points, MOVING, spread)
         rows = moved_along(known, columns, order, PULL, along, slopes)

@@ -26,6 +26,8 @@ from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
 _Pair = tuple[float, float]  # of driver and driven pulley
+# Of each signal (3,) by each pace: means, variances, weights; and the time since its last reading.
+Tracks = tuple[_Floats, _Floats, _Floats, _Floats]
 _PACES = np.array([1.0, 0.3, 0.1, 0.01, 0.001])  # of the greatest wander
 _PRIOR = np.array([0.02, 0.02, 0.08, 0.28, 0.6])
 _ENDING = np.array([2.0, 2.0, 1.0, 0.2, 0.1])  # of each pace [1/s]
@@ -134,11 +136,8 @@ def _followed(
 
 
 @compiled
-def _follow(
-    mean: _Floats,
-    variance: _Floats,
-    weight: _Floats,
-    since: _Floats,
+def follow_paces(
+    tracks: Tracks,
     signals: _Floats,
     noise: _Floats,
     fastest: _Floats,
@@ -146,7 +145,14 @@ def _follow(
     slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
 ) -> tuple[_Pair, _Pair, bool]:
-    """Paces of the two torques, at least that of the slip, and their own; whether slip tells."""
+    """Follow paces, see `LoadWander.follow`; `tracks` are changed.
+
+    Returns
+    -------
+    tuple
+        `Activity.taken`, `Activity.shown`, and whether slip tells from here on.
+    """
+    mean, variance, weight, since = tracks
     pace = np.empty(signals.size)
     for i in range(signals.size):
         z = signals[i]
@@ -189,20 +195,27 @@ def _follow(
 
 
 class LoadWander:
-    """Follow how fast the load wanders, by both torques and the difference of rim speeds."""
+    """Follow how fast the load wanders, by both torques and the difference of rim speeds.
+
+    Attributes
+    ----------
+    tracks : Tracks
+        What each pace knows of each signal.
+    slip_tells : bool
+        Whether the load is known to move, so that slip speaks for it.
+    """
 
     def __init__(self) -> None:
-        self._mean = np.full((3, _PACES.size), math.nan)
-        self._variance = np.zeros((3, _PACES.size))
-        self._weight = np.zeros((3, _PACES.size))
-        self._since = np.zeros(3)  # the last reading of each [s]
-        self._slip_tells = False
+        means = np.full((3, _PACES.size), math.nan)
+        self.tracks: Tracks = means, np.zeros_like(means), np.zeros_like(means), np.zeros(3)
+        self.slip_tells = False
 
     def start(self) -> None:
         """Forget all signals, as before the first reading."""
-        self._mean[:] = math.nan
-        self._since[:] = 0.0
-        self._slip_tells = False
+        means, _, _, since = self.tracks
+        means[:] = math.nan
+        since[:] = 0.0
+        self.slip_tells = False
 
     def follow(
         self,
@@ -237,16 +250,7 @@ class LoadWander:
             During the step. A torque that has had no reading for half a second is taken to wander
             like the other; neither, at the greatest.
         """
-        taken, shown, self._slip_tells = _follow(
-            self._mean,
-            self._variance,
-            self._weight,
-            self._since,
-            signals,
-            noise,
-            fastest,
-            anyway,
-            self._slip_tells or unforeseen,
-            dt,
+        taken, shown, self.slip_tells = follow_paces(
+            self.tracks, signals, noise, fastest, anyway, self.slip_tells or unforeseen, dt
         )
         return Activity(taken, shown)

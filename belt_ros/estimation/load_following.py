@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.load import Activity, LoadWander
+from belt_ros.estimation.load import Activity, LoadWander, Tracks, follow_paces
 from belt_ros.estimation.measurement import Sensor
 from belt_ros.estimation.process import Wander
 from belt_ros.estimation.sensing import Sensed
@@ -15,6 +15,7 @@ from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
 _Floats = NDArray[np.float64]
+_Pair = tuple[float, float]
 _SLOW = 0.1  # rim speed [m/s] below which the slip's wander no longer shrinks with it
 # Compiled code wants plain integers.
 _DRIVER_SPEED, _DRIVER_TORQUE = int(Index.DRIVER_SPEED), int(Sensor.DRIVER_TORQUE)
@@ -41,7 +42,7 @@ def _ahead(
 
 @compiled
 def _signals(
-    constants: tuple[Any, ...],
+    c: DriveConstants,
     values: _Floats,
     variances: _Floats,
     state: _Floats,
@@ -50,7 +51,6 @@ def _signals(
     creep: float,
 ) -> tuple[float, _Floats]:
     """Return slip per pull, and rows (4, 3) of signals, noise, and fastest and other wander."""
-    c = DriveConstants(*constants)  # a named tuple is slow to pass from Python
     ahead, variance = _ahead(c, values, variances, rims)
     rim = max(c.driver_radius * abs(state[_DRIVER_SPEED]), _SLOW)
     per_pull = slip_per_pull(c, state)
@@ -62,6 +62,26 @@ def _signals(
     rows[0, 2], rows[1, 2] = ahead, variance
     rows[2, 2], rows[3, 2] = rim * per_pull * load, creep * abs(ahead)
     return per_pull, rows
+
+
+@compiled
+def _follow(
+    constants: tuple[Any, ...],
+    tracks: Tracks,
+    values: _Floats,
+    variances: _Floats,
+    state: _Floats,
+    rims: _Floats,
+    load: float,
+    creep: float,
+    slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
+    dt: float,
+) -> tuple[float, _Pair, _Pair, bool]:
+    """Return slip per pull, and what `load.follow_paces` does."""
+    c = DriveConstants(*constants)  # a named tuple is slow to pass from Python
+    per_pull, rows = _signals(c, values, variances, state, rims, load, creep)
+    followed = follow_paces(tracks, rows[0], rows[1], rows[2], rows[3], slip_tells, dt)
+    return per_pull, followed[0], followed[1], followed[2]
 
 
 class LoadFollowing:
@@ -98,13 +118,17 @@ class LoadFollowing:
         Activity
             Of the load, see `LoadWander.follow`.
         """
-        self.slip_per_pull, (signals, noise, fastest, anyway) = _signals(
+        paces = self._wander
+        self.slip_per_pull, taken, shown, paces.slip_tells = _follow(
             self._constants,
+            paces.tracks,
             sensed.values,
             sensed.variances,
             state,
             self._rims,
             wander.load,
             wander.creep,
+            paces.slip_tells or unforeseen,
+            dt,
         )
-        return self._wander.follow(signals, noise, fastest, anyway, dt, unforeseen=unforeseen)
+        return Activity(taken, shown)

@@ -113,15 +113,21 @@ def _root_with_sum(p: _Floats, order: _Places, at: int, along: _Floats) -> _Floa
 @compiled
 def points_about(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
     """Points (2 n + 1, n): x, and x +- sqrt(spread[k]) times each of the `columns`, a row each."""
+    points = np.empty((2 * x.shape[0] + 1, x.shape[0]))
+    lay_points(points, x, columns, spread)
+    return points
+
+
+@compiled
+def lay_points(points: _Floats, x: _Floats, columns: _Floats, spread: _Floats) -> None:
+    """Set points to what `points_about` returns."""
     n = x.shape[0]
-    points = np.empty((2 * n + 1, n))
     points[0, :] = x
     for k in range(n):
         distance = math.sqrt(spread[k])
         for i in range(n):
             points[1 + k, i] = x[i] + distance * columns[k, i]
             points[1 + n + k, i] = x[i] - distance * columns[k, i]
-    return points
 
 
 @compiled

@@ -81,6 +81,7 @@ def test_readings_are_compared_with_what_was_predicted(drive: Drive) -> None:
     foretold = drive.step(bank, DT)
     assert foretold.squared.shape == (MEMBERS,)
     assert foretold.least == foretold.squared.min()
+    assert foretold.average == pytest.approx(drive.weights @ foretold.squared)
     mean = drive.weights @ bank.x
     within = np.tensordot(drive.weights, bank.P, 1)[np.ix_(places, places)] + np.diag(variance)
     away = z - bank.x[:, places]

@@ -98,7 +98,7 @@ class UnscentedBank(UnscentedKalmanFilter):  # type: ignore[misc]
             Covariances (members, 12, 12) of faded (row) and moved states, if `crosses` are asked
             for; else (0, 12, 12).
         """
-        across = np.empty((len(self) if crosses else 0, STATES, STATES))
+        across = np.empty((len(self), STATES, STATES)) if crosses else _NO_CROSSES
         self.x, self.P = predict_members(
             self._constants,
             self.x,

@@ -21,7 +21,7 @@ from belt_ros.estimation.load_cells import LoadCells
 from belt_ros.estimation.load_following import LoadFollowing
 from belt_ros.estimation.lull import Expected
 from belt_ros.estimation.measurement import Measurement, Sensor
-from belt_ros.estimation.modes import UNLIKELY, branched, due, few, parted
+from belt_ros.estimation.modes import UNLIKELY, branched, due
 from belt_ros.estimation.population import Population
 from belt_ros.estimation.process import (
     CreepChange,
@@ -33,24 +33,17 @@ from belt_ros.estimation.process import (
 )
 from belt_ros.estimation.readings import Readings
 from belt_ros.estimation.recent import RecentSteps, Recorder
-from belt_ros.estimation.reduction import reduced
 from belt_ros.estimation.sensing import Sensed, Sensing
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.stepping import Stepping
 from belt_ros.estimation.traction import Reference, lost_traction
 from belt_ros.estimation.travel import travel_anew
+from belt_ros.estimation.upkeep import MERGE_AXES, SPLIT_AXES, tended
 from belt_ros.mechanics.constants import drive_constants
 from belt_ros.mechanics.drive import BeltDrive
 
 _Floats = NDArray[np.float64]
-SPLIT_AXES = (Index.LOG_TENSION, Index.LOG_STIFFNESS)
 _WIDTHS = (0.45, 0.6)  # of a member to begin with, in prior standard deviations
-# A load at one level leaves tension and mu open along a curve. A wide member sees it bent, follows
-# its tangent, and gains certainty along it that no sensor gave.
-_FRICTION_WIDTH = 0.1  # of a member in ln mu, once that has become uncertain ...
-_CHANGING_WIDER = 2.0  # ... and so many times that while it is blurred by a change of traction ...
-_MOST_BY_FRICTION = 40  # ... while there are no more members than this
-MERGE_AXES = (*SPLIT_AXES, Index.LOG_FRICTION)
 _REDUCE_EVERY = 10  # updates ...
 _REDUCE_AFTER = 0.2  # ... or so much time [s]
 _READ_ABOVE = 1e-4  # weight below which a member no longer shows in what is read off
@@ -362,14 +355,7 @@ class BeltFilter:
 
     def _reduce(self) -> None:
         """Drop and merge members, split those that have become wide; let some change modes."""
-        likely, unlikely = parted(reduced(self.belief(), MERGE_AXES))
-        components = few(unlikely, MERGE_AXES) + narrowed(
-            likely,
-            (Index.LOG_FRICTION,),
-            (_FRICTION_WIDTH,),
-            _MOST_BY_FRICTION,
-            _CHANGING_WIDER,
-        )
+        components = tended(self.belief())
         if due(components, self._since_branch):
             begin_rate = self.drift.tension_changes
             components, came_from = branched(components, self._since_branch, begin_rate, MERGE_AXES)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from belt_ros.estimation.ageing import MOTION, in_motion
-from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
+from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.condensing import condensed, renewed
 from belt_ros.estimation.description import BeliefReader, View
 from belt_ros.estimation.doubt import Doubt, Turn, decided, either
@@ -17,6 +17,7 @@ from belt_ros.estimation.measurement import Measurement
 from belt_ros.estimation.misfit import Misfit
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.traction import traction_reference
+from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9

@@ -41,30 +41,6 @@ def _ahead(
 
 
 @compiled
-def _signals(
-    c: DriveConstants,
-    values: _Floats,
-    variances: _Floats,
-    state: _Floats,
-    rims: _Floats,
-    load: float,
-    creep: float,
-) -> tuple[float, _Floats]:
-    """Return slip per pull, and rows (4, 3) of signals, noise, and fastest and other wander."""
-    ahead, variance = _ahead(c, values, variances, rims)
-    rim = max(c.driver_radius * abs(state[_DRIVER_SPEED]), _SLOW)
-    per_pull = slip_per_pull(c, state)
-    rows = np.zeros((4, 3))
-    for torque in range(2):
-        rows[0, torque] = values[_DRIVER_TORQUE + torque]
-        rows[1, torque] = variances[_DRIVER_TORQUE + torque]
-        rows[2, torque] = load * (c.driver_radius if torque == 0 else c.driven_radius)
-    rows[0, 2], rows[1, 2] = ahead, variance
-    rows[2, 2], rows[3, 2] = rim * per_pull * load, creep * abs(ahead)
-    return per_pull, rows
-
-
-@compiled
 def _follow(
     constants: tuple[Any, ...],
     tracks: Tracks,
@@ -72,16 +48,28 @@ def _follow(
     variances: _Floats,
     state: _Floats,
     rims: _Floats,
-    load: float,
-    creep: float,
+    wander: tuple[float, float],
     slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
 ) -> tuple[float, _Pair, _Pair, bool]:
-    """Return slip per pull, and what `load.follow_paces` does."""
+    """Return slip per pull, and what `load.follow_paces` does.
+
+    `wander` is that of the load and that of creep at a steady load.
+    """
     c = DriveConstants(*constants)  # a named tuple is slow to pass from Python
-    per_pull, rows = _signals(c, values, variances, state, rims, load, creep)
-    followed = follow_paces(tracks, rows[0], rows[1], rows[2], rows[3], slip_tells, dt)
-    return per_pull, followed[0], followed[1], followed[2]
+    load, creep = wander
+    ahead, variance = _ahead(c, values, variances, rims)
+    rim = max(c.driver_radius * abs(state[_DRIVER_SPEED]), _SLOW)
+    per_pull = slip_per_pull(c, state)
+    signals, noise, fastest, anyway = np.empty(3), np.empty(3), np.empty(3), np.zeros(3)
+    for torque in range(2):
+        signals[torque] = values[_DRIVER_TORQUE + torque]
+        noise[torque] = variances[_DRIVER_TORQUE + torque]
+        fastest[torque] = load * (c.driver_radius if torque == 0 else c.driven_radius)
+    signals[2], noise[2] = ahead, variance
+    fastest[2], anyway[2] = rim * per_pull * load, creep * abs(ahead)
+    taken, shown, still = follow_paces(tracks, signals, noise, fastest, anyway, slip_tells, dt)
+    return per_pull, taken, shown, still
 
 
 class LoadFollowing:
@@ -126,8 +114,7 @@ class LoadFollowing:
             sensed.variances,
             state,
             self._rims,
-            wander.load,
-            wander.creep,
+            (wander.load, wander.creep),
             paces.slip_tells or unforeseen,
             dt,
         )

@@ -16,7 +16,7 @@ from belt_ros.estimation.account import Account
 from belt_ros.estimation.alarm import SlipAlarm
 from belt_ros.estimation.alarm_settings import AlarmSettings, Condition
 from belt_ros.estimation.assumptions import Drift, Prior, SensorLimits, SensorNoise
-from belt_ros.estimation.belt_filter import MERGE_AXES, BeltFilter
+from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
 from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
@@ -32,6 +32,7 @@ from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
 from belt_ros.estimation.state import Index
 from belt_ros.estimation.time_jumps import TimeJumps
+from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.estimation.wind_up import WindUp
 from belt_ros.mechanics.drive import BeltDrive, Tensioning
 

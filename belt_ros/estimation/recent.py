@@ -12,7 +12,6 @@ from belt_ros.estimation.smoother import Members, Moved
 
 _WINDOW = 20  # steps
 _RISEN = 5.0  # of the load's activity, at which a step is repeated
-
 _LIVELIEST = math.inf, math.inf
 
 
@@ -117,8 +116,9 @@ class RecentSteps:
             self._settle(self._steps.popleft())
 
     def _settle(self, step: Step) -> None:
-        if self.recorder is None or step.processes is None:
+        if self.recorder is None:
             return
+        assert step.processes is not None, "a recorder is there from before the first step it hears"
         self.recorder.step(step.stamp_ns, step.before, step.processes, step.moved)
         if (switch := self._switches.pop(step.stamp_ns, None)) is not None:
             self.recorder.switch(*switch)

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement, SensorLimits
-from belt_ros.estimation.belt_filter import MERGE_AXES
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.reduction import reduced
 from belt_ros.estimation.state import STATES
+from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.settings import DriveSettings
 
 _SAMPLES, _BEFORE_PAUSE = 45, 30

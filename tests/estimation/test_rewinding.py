@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from runs import scripted
 
 from belt_ros.estimation import BeltFilter, Measurement
@@ -20,6 +22,7 @@ SEEDS = range(8)
 LOG_STIFFNESS = math.log(8e6)
 BEGIN, END = 2.0, 4.0  # of a ramp from rest to 10 N m, a sixth of what the belt carries [s]
 NOTHING = np.zeros((1, 0))
+PACE = st.sampled_from([0.001, 0.004, 0.02, 0.3, 1.0, 30.0])
 
 
 def step(stamp_ns: int, activity: tuple[float, float]) -> Step:
@@ -66,23 +69,38 @@ def recent(activities: list[tuple[float, float]], heard: Heard | None = None) ->
 def test_steps_are_taken_out_from_the_first_that_was_much_calmer() -> None:
     activities = [(0.9, 0.9), (0.001, 0.5), (0.8, 0.8), (0.001, 0.001)]
     kept = recent(activities)
-    assert stamps(kept.taken_too_calm(np.array([0.1, 0.1]))) == [1, 2, 3]
-    assert stamps(kept.taken_too_calm(np.array([0.1, 0.1]))) == []
+    assert stamps(kept.taken_too_calm((0.1, 0.1))) == [1, 2, 3]
+    assert stamps(kept.taken_too_calm((0.1, 0.1))) == []
 
 
 def test_either_torque_makes_a_step_too_calm() -> None:
-    for moving in ([0.1, 0.001], [0.001, 0.1]):
-        assert stamps(recent([(0.01, 0.01)]).taken_too_calm(np.array(moving))) == [0]
+    for moving in ((0.1, 0.001), (0.001, 0.1)):
+        assert stamps(recent([(0.01, 0.01)]).taken_too_calm(moving)) == [0]
 
 
 def test_steps_that_were_about_as_lively_stay() -> None:
-    assert recent([(0.03, 0.03)] * 5).taken_too_calm(np.array([0.1, 0.1])) == []
+    assert recent([(0.03, 0.03)] * 5).taken_too_calm((0.1, 0.1)) == []
+
+
+@given(st.lists(st.tuples(st.tuples(PACE, PACE), st.booleans()), max_size=60))
+def test_what_is_taken_out_is_what_a_look_at_every_step_finds(rows) -> None:
+    kept, all_kept = RecentSteps(), []
+    for stamp, (activity, asks) in enumerate(rows):
+        kept.append(step(stamp, activity))
+        all_kept = [*all_kept, (stamp, activity)][-20:]
+        if asks:
+            enough = [min(pace, 1.0) / 5.0 for pace in activity]
+            calm = [k for k, (_, a) in enumerate(all_kept) if np.any(np.less(a, enough))]
+            first = calm[0] if calm else len(all_kept)
+            found = stamps(kept.taken_too_calm(activity))
+            assert found == [stamp for stamp, _ in all_kept[first:]]
+            all_kept = all_kept[:first]
 
 
 def test_no_step_is_repeated_once_it_is_too_old() -> None:
     heard = Heard()
     kept = recent([(0.001, 0.001)] * 50, heard)
-    again = stamps(kept.taken_too_calm(np.ones(2)))
+    again = stamps(kept.taken_too_calm((1.0, 1.0)))
     assert again == list(range(30, 50))
     assert heard.log == [("step", stamp) for stamp in range(30)]
 
@@ -91,7 +109,7 @@ def test_a_recorder_hears_of_each_step_once_and_of_no_change_that_was_taken_back
     heard = Heard()
     kept = recent([(0.9, 0.9), (0.001, 0.001)], heard)
     kept.switch([None] * 7, [False] * 7)
-    for again in kept.taken_too_calm(np.ones(2)):
+    for again in kept.taken_too_calm((1.0, 1.0)):
         kept.append(again)
     kept.settle()
     assert heard.log == [("step", 0), ("step", 1)]

@@ -64,4 +64,5 @@ class Readings:
 
     def capacity(self, place: Reading) -> Capacity:
         """Return the distribution of a reading that is a torque at gross slip."""
-        return Capacity(self._weights, self._means[:, place], self._deviations[:, place])
+        means, deviations = self._means[:, place], self._deviations[:, place]
+        return Capacity(self._weights, means.copy(), deviations.copy())

@@ -185,10 +185,12 @@ def reduced(
     for mode in (modes, ~modes):
         weights[mode] /= max(float(np.sum(weights[mode])), _LEAST)
     places = np.array(axes)
+    means = np.array([component.mean for component in kept])
+    covariances = np.array([component.covariance for component in kept])
     into = _merge_cheapest(
         weights,
-        np.array([component.mean for component in kept])[:, places],
-        np.array([component.covariance for component in kept])[:, places[:, None], places],
+        np.ascontiguousarray(means[:, places]),
+        np.ascontiguousarray(covariances[:, places[:, None], places]),
         modes,
         len(kept) if most is None else most,
         AFFORDABLE,

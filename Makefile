@@ -3,6 +3,9 @@
 PYTHON ?= python3
 VENV := .venv/bin
 
+# What is imported once, tests with their assertions included, need not be compiled again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation \
 	bench-alarms bench-graph bench-replay bench-hostile bench-faults clean distclean

@@ -44,6 +44,7 @@ from setup_steps import (
 TOOLS = ROOT / "tools"
 MESSAGES = ROOT / "msg_defs"
 RECORD = VENV / "ros_environment.json"
+PROGRAMS = ("belt_ros.cli.app", "belt_ros.node.main", "belt_ros.player.run", "belt_ros.rig.main")
 ROS_VARIABLES = ("ROS_DISTRO", "ROS_VERSION", "ROS_PYTHON_VERSION")
 
 
@@ -57,6 +58,8 @@ def pip_install(ros: str) -> list[str | Path]:
     """Return the command that installs, with what it may not change where ROS 2 is sourced."""
     command: list[str | Path]
     command = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
+    # Of all modules a sixth is ever imported, and compiled then.
+    command += ["--no-compile"]
     if ros != WHEELS:
         # The messages of the installation were compiled for its numpy, and run with no other.
         constraints = VENV / "constraints.txt"
@@ -146,8 +149,8 @@ def build_messages() -> None:
         *("--merge-install", "--install-base", VENV, "--event-handlers", "console_direct+"),
         *("--cmake-args", "-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={VENV_PYTHON}"),
     )
-    check = "import rclpy; from belt_msgs.msg import BeltState; BeltState.__import_type_support__()"
-    outcome = run_quietly(VENV_PYTHON, "-c", check)
+    check = "from belt_msgs.msg import BeltState; BeltState.__import_type_support__()"
+    outcome = run_quietly(VENV_PYTHON, "-c", f"{check}\nimport {', '.join(PROGRAMS)}")
     if outcome.returncode:
         raise SetupError(f"{outcome.stderr}\nThe messages were built, but do not load. Log: {LOG}")
 

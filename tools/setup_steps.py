@@ -37,6 +37,8 @@ def child_environment() -> dict[str, str]:
     for name in list(environment):
         if name.startswith(("COLCON_", "_BELT_ROS_")) or name in ("VIRTUAL_ENV", "PYTHONHOME"):
             del environment[name]
+    # What a step imports is compiled once, for whoever imports it later.
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)
     environment["PATH"] = f"{VENV / 'bin'}{os.pathsep}{environment.get('PATH', os.defpath)}"
     return environment
 

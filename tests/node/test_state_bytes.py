@@ -1,6 +1,7 @@
 """States reach subscribers as rclpy would have written them."""
 
 from dataclasses import replace
+from functools import cache
 
 from belt_msgs.msg import BeltState
 from hypothesis import given, settings
@@ -14,14 +15,12 @@ from belt_ros.settings import load_settings
 from belt_ros.state_bytes import StateBytes
 
 
+@cache
 def first_estimate() -> BeltEstimate:
     monitor = load_settings(PAPER_DRIVE).monitor()
     estimate = monitor.step(Measurement(5, 120.0, 119.4, 30.0, -30.0)).estimate
     assert estimate is not None
     return estimate
-
-
-ESTIMATE = first_estimate()
 
 
 @settings(derandomize=True, deadline=None)
@@ -30,7 +29,7 @@ ESTIMATE = first_estimate()
     stamp_ns=st.integers(0, 2**31 * 10**9 - 1),
 )
 def test_every_field_is_where_a_subscriber_looks_for_it(name: str, stamp_ns: int) -> None:
-    stamped = replace(ESTIMATE, stamp_ns=stamp_ns)
+    stamped = replace(first_estimate(), stamp_ns=stamp_ns)
     expected = serialize_message(state_message(name, stamped))
 
     written = StateBytes(name, BeltState.get_fields_and_field_types()).write(stamped)

@@ -25,7 +25,8 @@ demo: setup  ## run the demonstration; BAG=<bag> CONFIG=<yaml> for your own data
 test: setup  ## run all tests; PYTEST_ARGS="-k alarm" for some of them
 	@$(VENV)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
-lint: setup  ## check style, types and the direction of imports
+lint:  ## check style, types and the direction of imports
+	@$(PYTHON) tools/setup_environment.py --leave-loops
 	@$(VENV)/ruff check .
 	@$(VENV)/ruff format --check .
 	@$(VENV)/mypy

@@ -7,7 +7,8 @@ Four steps, each done again only when what it depends on has changed:
 2. belt_ros in editable form, ROS 2 as Python wheels (not where a ROS 2 installation is sourced:
    that one is used), everything both need;
 3. the messages in `msg_defs`, built by colcon and installed into the virtual environment;
-4. the inner loops, compiled into numba's cache as soon as belt_ros is there, beside the rest.
+4. the inner loops, compiled into numba's cache as soon as belt_ros is there, beside the rest
+   (`--leave-loops`: and beside what comes after, which does without).
 
 `.venv` is thereby a complete ROS 2 prefix, and `ros_environment.py`, which every start of its
 Python imports, sets the variables that sourcing would set. Needs only the standard library.
@@ -164,9 +165,10 @@ def compile_kernels() -> Step:
 class Kernels:
     """The inner loops, which one processor compiles while the other does what comes after."""
 
-    def __init__(self, state: State, key: str) -> None:
+    def __init__(self, state: State, key: str, *, awaited: bool) -> None:
         self._state = state
         self._key = key
+        self._awaited = awaited
         self._step: Step | None = None
 
     def begin(self) -> None:
@@ -176,10 +178,10 @@ class Kernels:
             self._step = compile_kernels()
 
     def finish(self) -> None:
-        """Wait for them, if they are being compiled."""
+        """Wait for them, if they are being compiled and awaited."""
         step, self._step = self._step, None
-        if step is None:
-            return
+        if step is None or not (self._awaited or step.ended):
+            return  # it goes on; the next set-up waits for its lock, and finds all compiled
         try:
             step.wait()
         except SetupError as error:
@@ -196,7 +198,7 @@ class Kernels:
             self._step.stop()
 
 
-def set_up() -> None:
+def set_up(*, loops_awaited: bool) -> None:
     """Bring the virtual environment up to date."""
     state = State()
     sourced = sourced_distribution()
@@ -232,7 +234,7 @@ def set_up() -> None:
         make_virtual_environment(ros)
         state.finish("ros", keys["ros"])
         state.finish("venv", keys["venv"])
-    with Kernels(state, keys["kernels"]) as kernels:
+    with Kernels(state, keys["kernels"], awaited=loops_awaited) as kernels:
         if state.done.get("packages") != keys["packages"]:
             install(state, keys["packages"], ros, kernels)
         kernels.begin()
@@ -269,7 +271,7 @@ def main() -> int:
         except BlockingIOError:
             print("Waiting for the set-up that is running here ...", flush=True)
             fcntl.flock(checkout, fcntl.LOCK_EX)
-        set_up()
+        set_up(loops_awaited="--leave-loops" not in sys.argv[1:])
     except SetupError as error:
         print(error, file=sys.stderr)
         return 1

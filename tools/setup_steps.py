@@ -71,6 +71,11 @@ class Step:
                 close_fds=False,
             )
 
+    @property
+    def ended(self) -> bool:
+        """Whether it has come to its end, good or bad."""
+        return self._process.poll() is not None
+
     def wait(self) -> None:
         """Show the step's name and how long it takes; raise SetupError where it fails."""
         moving = sys.stdout.isatty()

@@ -5,14 +5,7 @@ import math
 import time
 from collections.abc import Iterator
 
-import numpy as np
-
 from belt_ros.estimation import Maintenance, MaintenanceKind, Measurement, SensorLimits
-from belt_ros.estimation.gaussian_sum import Component
-from belt_ros.estimation.overload import Capacity
-from belt_ros.estimation.reduction import reduced
-from belt_ros.estimation.state import STATES
-from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.settings import DriveSettings
 
 _SAMPLES, _BEFORE_PAUSE = 45, 30
@@ -32,7 +25,6 @@ def warm_up(settings: DriveSettings) -> float:
     monitor.gross_slip_probability_at(monitor.load_at_probability(_SHARE))
     tension = settings.prior.tension
     monitor.maintain(Maintenance(MaintenanceKind.TENSION_MEASURED, tension, _SHARE * tension))
-    _single()
     return time.monotonic() - began
 
 
@@ -49,10 +41,3 @@ def _measurements(tension: float) -> Iterator[Measurement]:
             driven_hub_load=2.0 * tension,
             span_tension=tension,
         )
-
-
-def _single() -> None:
-    """Compile for a single Gaussian: numba tells columns of one row from those of several."""
-    reduced([Component(0.0, np.zeros(STATES), np.eye(STATES))], MERGE_AXES)
-    capacity = Capacity(np.ones(1), np.ones(1), np.ones(1))
-    capacity.gross_slip_probability_at(capacity.load_at_probability(_SHARE))

@@ -27,17 +27,7 @@ class Profile:
 
     def at(self, times: _Floats) -> _Floats:
         """Values at `times` (n,); at a step, those after it."""
-        known_times, known_values = self._points
-        if known_times.size == 1:
-            return np.full_like(times, known_values[0])
-        after = np.searchsorted(known_times, times, side="right")
-        left = np.maximum(after - 1, 0)
-        right = np.minimum(after, known_times.size - 1)
-        width = known_times[right] - known_times[left]
-        share = np.divide(
-            times - known_times[left], width, out=np.zeros_like(times), where=width > 0.0
-        )
-        values: _Floats = known_values[left] + share * (known_values[right] - known_values[left])
+        values: _Floats = np.interp(times, *self._points)
         return values
 
     @cached_property

@@ -102,7 +102,7 @@ def measured(
         drive_constants(settings.drive), scenario.sensors, _generators(scenario)[2]
     )
     for sample in simulate(settings, scenario):
-        said = load_sensors.measure(sample.truth)._asdict() if loads else {}
+        said = load_sensors.measure(sample.truth)._asdict() if loads else None
         for stamp_ns, joints in sample.published:
             measurement = measurement_from_joints(
                 settings.driver,
@@ -114,4 +114,6 @@ def measured(
                 joints.positions,
             )
             assert isinstance(measurement, Measurement), "the rig's joint states are complete"
-            yield dataclasses.replace(measurement, **said), sample.truth
+            if said is not None:
+                measurement = dataclasses.replace(measurement, **said)
+            yield measurement, sample.truth

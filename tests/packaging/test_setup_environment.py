@@ -113,6 +113,7 @@ setup.install_package = tell('package')
 setup.install_ros_and_tools = tell('tools')
 setup.build_messages = tell('messages')
 class Compiling:
+    ended = False
     def __init__(self):
         print('begun: kernels')
     def stop(self):
@@ -125,8 +126,10 @@ setup.compile_kernels = Compiling
 """
 
 
-def steps(checkout: Path, interrupted: str = "", *, compiles: bool = True) -> list[str]:
-    prelude = STEPS_THAT_ONLY_TELL.format(interrupted=interrupted, compiles=compiles)
+def steps(
+    checkout: Path, interrupted: str = "", *, compiles: bool = True, prelude: str = ""
+) -> list[str]:
+    prelude += STEPS_THAT_ONLY_TELL.format(interrupted=interrupted, compiles=compiles)
     result = set_up(checkout, prelude)
     assert result.returncode == (130 if interrupted else 0), result.stderr
     return [line.split()[1] for line in result.stdout.splitlines() if line.startswith("step:")]
@@ -176,6 +179,28 @@ def test_kernels_are_compiled_beside_all_that_comes_after_the_package(checkout: 
 def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkout: Path) -> None:
     assert steps(checkout, compiles=False)[-1] == "kernels"
     assert steps(checkout) == ["kernels"]
+
+
+def test_who_needs_no_kernels_does_not_wait_for_them(checkout: Path) -> None:
+    left = steps(checkout, prelude="sys.argv.append('--leave-loops')\n")
+
+    assert left == ["venv", "package", "tools", "messages"]
+    assert steps(checkout) == ["kernels"]
+
+
+def test_kernels_that_are_left_are_compiled_to_their_end(checkout: Path) -> None:
+    steps(checkout)
+    script = checkout / "tools" / "compile_kernels.py"
+    script.write_text("import pathlib, time; time.sleep(2); pathlib.Path('done').touch()\n")
+    python = "setup.VENV_PYTHON = setup.Path(sys.executable)"
+
+    set_up(checkout, f"sys.argv.append('--leave-loops')\n{python}")
+    assert not (checkout / "done").exists()
+    result = set_up(checkout, python)
+
+    assert "Waiting for the set-up that is running here" in result.stdout
+    assert "inner loops" in result.stdout
+    assert (checkout / "done").exists()
 
 
 def test_failure_to_compile_is_shown(checkout: Path) -> None:

@@ -45,7 +45,8 @@ def _profile() -> dict[str, PathJoinSubstitution]:
     """Return by what Fast DDS does not wait for a node that was killed, where nothing is set."""
     if any(name in os.environ for name in _PROFILES):
         return {}
-    profile = PathJoinSubstitution([FindPackageShare("belt_ros"), "config", "fastdds_respawn.xml"])
+    share = FindPackageShare("belt_ros")
+    profile = PathJoinSubstitution([share, "config", "fastdds_respawn.xml"])
     return dict.fromkeys(_PROFILES, profile)
 
 

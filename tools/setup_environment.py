@@ -59,7 +59,7 @@ def pip_install(ros: str) -> list[str | Path]:
     """Return the command that installs, with what it may not change where ROS 2 is sourced."""
     command: list[str | Path]
     command = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
-    # Of all modules a sixth is ever imported, and compiled then.
+    # Less than half of all modules are ever imported; those are compiled then.
     command += ["--no-compile"]
     if ros != WHEELS:
         # The messages of the installation were compiled for its numpy, and run with no other.

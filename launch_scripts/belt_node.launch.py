@@ -1,16 +1,12 @@
 """The estimator of one belt drive, or of several."""
 
-import os
-
 from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
-from launch_ros.substitutions import FindPackageShare
 
 _SWITCHES = ("autostart", "use_sim_time", "use_memory")
-_RESPAWN_DELAY = 2.0  # [s]; longer than the lease in fastdds_respawn.xml
-_PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")  # by age
+_RESPAWN_DELAY = 2.0  # [s]
 
 
 def _belt_node(context: LaunchContext) -> list[LifecycleNode]:
@@ -23,7 +19,6 @@ def _belt_node(context: LaunchContext) -> list[LifecycleNode]:
         for name, value in given.items()
         if value
     }
-    respawns = LaunchConfiguration("respawn").perform(context) == "true"
     return [
         LifecycleNode(
             package="belt_ros",
@@ -33,21 +28,11 @@ def _belt_node(context: LaunchContext) -> list[LifecycleNode]:
             parameters=[LaunchConfiguration("params_file"), *([own] if own else [])],
             remappings=[("joint_states", LaunchConfiguration("joint_states_topic"))],
             ros_arguments=["--log-level", LaunchConfiguration("log_level")],
-            respawn=respawns,
+            respawn=LaunchConfiguration("respawn").perform(context) == "true",
             respawn_delay=_RESPAWN_DELAY,
-            additional_env=_profile() if respawns else {},
             output="screen",
         )
     ]
-
-
-def _profile() -> dict[str, PathJoinSubstitution]:
-    """Return by what Fast DDS does not wait for a node that was killed, where nothing is set."""
-    if any(name in os.environ for name in _PROFILES):
-        return {}
-    share = FindPackageShare("belt_ros")
-    profile = PathJoinSubstitution([share, "config", "fastdds_respawn.xml"])
-    return dict.fromkeys(_PROFILES, profile)
 
 
 def generate_launch_description() -> LaunchDescription:
@@ -104,8 +89,7 @@ def generate_launch_description() -> LaunchDescription:
                 "respawn",
                 default_value="false",
                 choices=["true", "false"],
-                description="whether it is started again after it has died; what hears it then "
-                "finds it sooner by config/fastdds_respawn.xml, unless you have a profile",
+                description="whether it is started again after it has died",
             ),
             OpaqueFunction(function=_belt_node),
         ]

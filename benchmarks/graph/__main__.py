@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.estimation.store import RESULTS
 from benchmarks.graph.drives import run_drives
-from benchmarks.graph.kill import WAYS, run_kill
+from benchmarks.graph.kill import run_kill
 from benchmarks.graph.latency import run_latency
 from benchmarks.graph.parts import PARTS
 from benchmarks.graph.program import ROOT, die_together
@@ -47,10 +47,7 @@ def _drives(asked: argparse.Namespace) -> list[Any]:
 
 
 def _kill(asked: argparse.Namespace) -> list[Any]:
-    rate = asked.rate or 100.0
-    return [
-        kill for way in WAYS for kill in run_kill(asked.params, rate, asked.kills, asked.seed, way)
-    ]
+    return list(run_kill(asked.params, asked.rate or 100.0, asked.kills, asked.seed))
 
 
 def _stages(asked: argparse.Namespace) -> list[Any]:

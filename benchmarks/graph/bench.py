@@ -1,7 +1,7 @@
 """The bench: node, relay, counter and sender as processes of one domain, in one folder."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from statistics import median
@@ -48,13 +48,11 @@ class Bench:
         self._running = running
         self._started = 0
 
-    def start(
-        self, module: str, *arguments: str, variables: Mapping[str, str] | None = None
-    ) -> Program:
-        """Start a program, which ends with the bench; `variables` are its own of environment."""
+    def start(self, module: str, *arguments: str) -> Program:
+        """Start a program, which ends with the bench."""
         self._started += 1
         log = self.folder / f"{self._started}.log"
-        program = Program(module, log, {**self.environment, **(variables or {})}, *arguments)
+        program = Program(module, log, self.environment, *arguments)
         return self._running.enter_context(program)
 
     def start_node(self, params: Path, **parameters: object) -> Program:

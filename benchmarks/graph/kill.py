@@ -16,7 +16,6 @@ from benchmarks.estimation.report import verdicts
 from benchmarks.graph.bench import INPUT, NODE, READY, STATE, Bench, bench
 from benchmarks.graph.counter import Heard
 from benchmarks.graph.plan import Block, Plan, save_plan
-from benchmarks.graph.program import ROOT
 from benchmarks.graph.signals import loaded
 
 LEARNING = 15.0  # [s] before the first kill
@@ -25,20 +24,8 @@ _STARTING = 4  # every so manieth kill comes while the node starts
 _SAVING = 0.5  # [s] between two savings, so that many kills meet one
 _WITHIN = 1.0  # [s] from the first message, in which all must be back
 _FORGOTTEN = 1.1  # times the deviation before, above which something was forgotten
-_PROFILE = {"FASTDDS_DEFAULT_PROFILES_FILE": str(ROOT / "config" / "fastdds_respawn.xml")}
 _KNOWN = ("tension_knowledge", "friction_stiffness_knowledge", "friction_coefficient_knowledge")
 _SECOND = 1e9
-
-
-class Way(NamedTuple):
-    """How the node is started again."""
-
-    case: str
-    pause: float  # after a kill [s]
-    variables: dict[str, str]  # of its environment
-
-
-WAYS = (Way("at once", 0.0, {}), Way("as belt_node.launch.py respawns it", 2.0, _PROFILE))
 
 
 class Kill(NamedTuple):
@@ -66,24 +53,24 @@ class Life(NamedTuple):
     end_ns: int
 
 
-def run_kill(params: Path, rate: float, kills: int, seed: int, way: Way) -> list[Kill]:
-    """Kill the node so often, and start it again some way, at a steady rate of input [Hz]."""
+def run_kill(params: Path, rate: float, kills: int, seed: int) -> list[Kill]:
+    """Kill the node so often, at a steady rate of input [Hz]."""
     cycle = loaded(load_settings(params), rate)
     with bench() as place:
-        longest = LEARNING + (kills + 1) * (60.0 + way.pause)
+        longest = LEARNING + (kills + 1) * 60.0
         plan = Plan(cycle.joints, cycle.save(place.folder), (Block((INPUT,), rate, longest),))
         save_plan(plan, place.folder / "plan")
         noted = place.folder / "heard"
         counter = place.start("benchmarks.graph.counter", str(noted), "--keep", STATE)
         counter.wait_for("ready")
         place.start("benchmarks.graph.sender", str(place.folder / "plan"), str(place.folder / "-"))
-        lives = _lives(place, params, random.Random(seed), kills, way)
+        lives = _lives(place, params, random.Random(seed), kills)
         counter.stop()
         (heard,) = Heard.load(noted)
-    return judged(lives, heard, rate, way.case)
+    return judged(lives, heard, rate)
 
 
-def _lives(place: Bench, params: Path, chance: random.Random, kills: int, way: Way) -> list[Life]:
+def _lives(place: Bench, params: Path, chance: random.Random, kills: int) -> list[Life]:
     """Start and kill the node; it lives once more than it is killed."""
     lives: list[Life] = []
     for number in range(kills + 1):
@@ -94,7 +81,6 @@ def _lives(place: Bench, params: Path, chance: random.Random, kills: int, way: W
             *("--ros-args", "--params-file", str(params)),
             *("-p", f"memory_file:={place.folder / 'learned.yaml'}"),
             *("-p", f"memory_period:={_SAVING}"),
-            variables=way.variables,
         )
         active = 0
         if starting:
@@ -105,24 +91,23 @@ def _lives(place: Bench, params: Path, chance: random.Random, kills: int, way: W
             time.sleep(LEARNING if number == 0 else chance.uniform(_SHORTEST, _LONGEST))
         node.kill()
         lives.append(Life(begin, active, time.time_ns()))
-        time.sleep(way.pause)
     return lives
 
 
-def judged(lives: list[Life], heard: Heard, rate: float, case: str) -> list[Kill]:
+def judged(lives: list[Life], heard: Heard, rate: float) -> list[Kill]:
     """Return a row for each life but the first, from all states that were heard."""
     rows = []
     before = lives[0]
     for number, life in enumerate(lives[1:]):
-        rows.append(_kill(case, number, before, life, heard, rate))
+        rows.append(_kill(number, before, life, heard, rate))
         before = life if life.active_ns else before
     return rows
 
 
-def _kill(case: str, number: int, before: Life, life: Life, heard: Heard, rate: float) -> Kill:
+def _kill(number: int, before: Life, life: Life, heard: Heard, rate: float) -> Kill:
     """Compare the states before a kill with those after it."""
     ran = (before.end_ns - before.active_ns) / _SECOND
-    nan = math.nan
+    case, nan = f"{rate:g} Hz", math.nan
     if not life.active_ns:
         return Kill(case, number, SOURCES, 1, ran, nan, nan, nan, 0, 0, nan, nan)
     ready = (life.active_ns - life.begin_ns) / _SECOND
@@ -160,49 +145,41 @@ def _kill(case: str, number: int, before: Life, life: Life, heard: Heard, rate: 
 
 
 def kill_verdicts(rows: list[Kill]) -> list[str]:
-    """Return what was to be reached, and what was, for each way to start again."""
-    return verdicts([line for case in _cases(rows) for line in _reached(case, rows)])
-
-
-def _cases(rows: list[Kill]) -> list[str]:
-    return list(dict.fromkeys(row.case for row in rows))
-
-
-def _reached(case: str, rows: list[Kill]) -> list[tuple[str, str, bool]]:
-    back = [row for row in rows if row.case == case and not row.while_starting]
+    """Return what was to be reached, and what was."""
+    back = [row for row in rows if not row.while_starting]
     knew = [row for row in back if row.known_before > 0]
     good = sum(row.back <= _WITHIN for row in back)
     kept = sum(row.known_after == row.known_before for row in knew)
     narrow = sum(max(row.tension, row.stiffness) <= _FORGOTTEN for row in back)
-    return [
-        (f"{case}: {what}", f"{done} of {len(of)}", done == len(of) > 0)
-        for what, done, of in (
-            (f"back within {_WITHIN:g} s of the first message", good, back),
-            ("what was learned is learned again within that time", kept, knew),
+    return verdicts(
+        [
+            (
+                f"back within {_WITHIN:g} s of the first message",
+                f"{good} of {len(back)}",
+                good == len(back) > 0,
+            ),
+            (
+                "what was learned is learned again within that time",
+                f"{kept} of {len(knew)}",
+                kept == len(knew) > 0,
+            ),
             (
                 f"deviations of tension and ln kf at most {_FORGOTTEN:g} times those before",
-                narrow,
-                back,
+                f"{narrow} of {len(back)}",
+                narrow == len(back) > 0,
             ),
-        )
-    ]
+        ]
+    )
 
 
 def kill_lines(rows: list[Kill]) -> tuple[list[str], list[list[str]]]:
     """Return head and lines of the table: medians and extremes over the kills."""
-    lines = [line for case in _cases(rows) for line in _lines(case, rows)]
-    return ["started again", "kills, of them while starting", "", *_EXTREMES], lines
-
-
-def _lines(case: str, rows: list[Kill]) -> list[list[str]]:
-    killed = [row for row in rows if row.case == case]
-    back = [row for row in killed if not row.while_starting]
-    kills = f"{len(killed)}, {len(killed) - len(back)}"
+    back = [row for row in rows if not row.while_starting]
 
     def line(name: str, values: list[float], form: str) -> list[str]:
-        return [case, kills, name, *(format(f(values), form) for f in (min, median, max))]
+        return [name, *(format(f(values), form) for f in (min, median, max))]
 
-    return [
+    lines = [
         line("process started until active [s]", [row.ready for row in back], ".2f"),
         line("first message until its state [ms]", [row.back * 1e3 for row in back], ".1f"),
         line("states in the first second, of messages", [row.states for row in back], ".2f"),
@@ -211,6 +188,7 @@ def _lines(case: str, rows: list[Kill]) -> list[list[str]]:
         line("deviation of the tension, of that before", [row.tension for row in back], ".2f"),
         line("deviation of ln kf, of that before", [row.stiffness for row in back], ".2f"),
     ]
+    return [f"{len(rows)} kills, {len(rows) - len(back)} while starting", *_EXTREMES], lines
 
 
 _EXTREMES = ("least", "median", "greatest")

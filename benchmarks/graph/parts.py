@@ -51,9 +51,7 @@ PARTS = {
             "The node killed at random moments",
             "kill -9 with a memory file that is written often, input going on all the while; one "
             "kill in four meets the node while it starts. The first message that the new process "
-            "takes is told by its counts. Before: the last state that was certainly saved. It is "
-            "started again at once, or as `belt_node.launch.py` does with `respawn:=true`: 2 s "
-            "later, with `config/fastdds_respawn.xml`, by which Fast DDS does not wait for it.",
+            "takes is told by its counts. Before: the last state that was certainly saved.",
             kill.Kill,
             kill.kill_verdicts,
             kill.kill_lines,

@@ -81,7 +81,7 @@ def names(directory: Path, pattern: str) -> set[str]:
     [
         ("belt_ros/message_texts", "msg_defs/msg", "*.msg"),
         ("share/belt_ros", ".", "package.xml"),
-        ("share/belt_ros/config", "config", "*.*"),
+        ("share/belt_ros/config", "config", "*.yaml"),
         ("share/belt_ros/config/scenarios", "config/scenarios", "*.yaml"),
         ("share/belt_ros/launch", "launch_scripts", "*.launch.py"),
         ("share/ament_index/resource_index/packages", "resource", "belt_ros"),

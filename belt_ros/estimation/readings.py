@@ -64,5 +64,6 @@ class Readings:
 
     def capacity(self, place: Reading) -> Capacity:
         """Return the distribution of a reading that is a torque at gross slip."""
+        # Copies have one layout, of one member as of many: numba compiles each anew.
         means, deviations = self._means[:, place], self._deviations[:, place]
         return Capacity(self._weights, means.copy(), deviations.copy())

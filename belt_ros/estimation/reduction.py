@@ -187,6 +187,7 @@ def reduced(
     places = np.array(axes)
     means = np.array([component.mean for component in kept])
     covariances = np.array([component.covariance for component in kept])
+    # In one layout, for one member as for many: numba compiles each anew.
     into = _merge_cheapest(
         weights,
         np.ascontiguousarray(means[:, places]),

@@ -48,7 +48,7 @@ def test_every_transition_does_what_it_says(
         assert client.transition(DEACTIVATE)
         assert client.transition(CLEANUP)
         assert client.lifecycle_state() == "unconfigured"
-        assert client.node.count_publishers("belt_node/state") == 0
+        client.until(lambda: client.node.count_publishers("belt_node/state") == 0)
 
         assert client.transition(CONFIGURE)
         assert client.transition(ACTIVATE)

@@ -45,6 +45,7 @@ def overload(module_ros_domain: int, tmp_path_factory: pytest.TempPathFactory):
             [
                 *(sys.executable, "-m", "belt_ros.rig.main", "--ros-args"),
                 *("-p", f"config_file:={DRIVE}", "-p", f"scenario_file:={scenario}"),
+                *("-p", "wait_for_subscriber:=20.0"),  # on a busy machine, longer than by default
             ],
             cwd=ROOT,
             env={**os.environ, "ROS_DOMAIN_ID": str(module_ros_domain)},

@@ -191,12 +191,18 @@ def test_who_needs_no_kernels_does_not_wait_for_them(checkout: Path) -> None:
 def test_kernels_that_are_left_are_compiled_to_their_end(checkout: Path) -> None:
     steps(checkout)
     script = checkout / "tools" / "compile_kernels.py"
-    script.write_text("import pathlib, time; time.sleep(2); pathlib.Path('done').touch()\n")
+    script.write_text(
+        "import time; from pathlib import Path\n"
+        "end = time.monotonic() + 60.0\n"
+        "while not Path('go').exists() and time.monotonic() < end: time.sleep(0.1)\n"
+        "time.sleep(0.5)\n"
+        "Path('done').touch()\n"
+    )
     python = "setup.VENV_PYTHON = setup.Path(sys.executable)"
 
     set_up(checkout, f"sys.argv.append('--leave-loops')\n{python}")
     assert not (checkout / "done").exists()
-    result = set_up(checkout, python)
+    result = set_up(checkout, f"{python}\n(setup.ROOT / 'go').touch()")
 
     assert "Waiting for the set-up that is running here" in result.stdout
     assert "inner loops" in result.stdout

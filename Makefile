@@ -7,7 +7,7 @@ VENV := .venv/bin
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint figures bench bench-mechanics bench-coverage bench-estimation \
+.PHONY: help setup demo test lint collect figures bench bench-mechanics bench-coverage bench-estimation \
 	bench-alarms bench-graph bench-replay bench-hostile bench-faults clean distclean
 
 help:  ## list these targets
@@ -31,6 +31,10 @@ lint:  ## check style, types and the direction of imports
 	@$(VENV)/ruff format --check .
 	@$(VENV)/mypy
 	@$(VENV)/lint-imports --no-logo
+
+collect:  ## check that all tests can be collected; it compiles them for those who run them
+	@$(PYTHON) tools/setup_environment.py --leave-loops
+	@found=$$($(VENV)/python -m pytest --collect-only -qqq) || { echo "$$found"; exit 1; }
 
 figures: setup  ## draw the paper's figures and tables into docs/figures
 	@$(VENV)/belt figures --out docs/figures

@@ -7,8 +7,8 @@ Four steps, each done again only when what it depends on has changed:
 2. belt_ros in editable form, ROS 2 as Python wheels (not where a ROS 2 installation is sourced:
    that one is used), everything both need;
 3. the messages in `msg_defs`, built by colcon and installed into the virtual environment;
-4. the inner loops, compiled into numba's cache as soon as belt_ros is there, beside the rest
-   (`--leave-loops`: and beside what comes after, which does without).
+4. the inner loops, compiled into numba's cache while the messages are built (`--leave-loops`: and
+   beside what comes after, which does without).
 
 `.venv` is thereby a complete ROS 2 prefix, and `ros_environment.py`, which every start of its
 Python imports, sets the variables that sourcing would set. Needs only the standard library.
@@ -28,6 +28,7 @@ from pathlib import Path
 
 from ros_environment import completed
 from setup_machine import WHEELS, base_python, check_prerequisites, sourced_distribution
+from setup_packages import install_packages, requirements
 from setup_state import State, fingerprint
 from setup_steps import (
     LOG,
@@ -53,39 +54,6 @@ def make_virtual_environment(ros: str) -> None:
     """Make an empty virtual environment that sees the sourced ROS 2, if there is one."""
     options = [] if ros == WHEELS else ["--system-site-packages"]
     run_logged("virtual environment", base_python(), "-m", "venv", *options, VENV)
-
-
-def pip_install(ros: str) -> list[str | Path]:
-    """Return the command that installs, with what it may not change where ROS 2 is sourced."""
-    command: list[str | Path]
-    command = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-input"]
-    # Less than half of all modules are ever imported; those are compiled then.
-    command += ["--no-compile"]
-    if ros != WHEELS:
-        # The messages of the installation were compiled for its numpy, and run with no other.
-        constraints = VENV / "constraints.txt"
-        numpy = run_quietly(VENV_PYTHON, "-c", "import numpy; print(numpy.__version__)")
-        constraints.write_text(f"numpy=={numpy.stdout.strip()}\n" if numpy.returncode == 0 else "")
-        command += ["-c", constraints]
-    return command
-
-
-def install_package(ros: str) -> None:
-    """Install belt_ros with what it computes with."""
-    run_logged("belt_ros", *pip_install(ros), "-e", ".")
-
-
-def install_ros_and_tools(ros: str) -> None:
-    """Install ROS 2 wheels and what builds, tests and checks; let the environment find them."""
-    requirements = [TOOLS / "requirements-build.txt"]
-    requirements += [TOOLS / "requirements-ros.txt"] if ros == WHEELS else []
-    files = [part for file in requirements for part in ("-r", file)]
-    name = "ROS 2 and tools" if ros == WHEELS else f"tools beside ROS 2 {ros}"
-    run_logged(name, *pip_install(ros), *files, "-e", ".[dev]")
-    if ros == WHEELS:
-        repair_wheels()
-    install_ros_environment(ros)
-    link_package()
 
 
 def repair_wheels() -> None:
@@ -173,12 +141,6 @@ class Kernels:
         self._awaited = awaited
         self._step: Step | None = None
 
-    def begin(self) -> None:
-        """Begin to compile them, unless that is done or has begun."""
-        if self._step is None and self._state.done.get("kernels") != self._key:
-            self._state.begin("kernels")
-            self._step = compile_kernels()
-
     def finish(self) -> None:
         """Wait for them, if they are being compiled and awaited."""
         step, self._step = self._step, None
@@ -193,6 +155,9 @@ class Kernels:
             self._state.finish("kernels", self._key)
 
     def __enter__(self) -> Kernels:
+        if self._state.done.get("kernels") != self._key:
+            self._state.begin("kernels")
+            self._step = compile_kernels()
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -208,7 +173,7 @@ def set_up(*, loops_awaited: bool) -> None:
     if not sourced and ros != WHEELS and RECORD.exists():
         # An environment made with a sourced ROS 2 goes on working where it is not sourced.
         os.environ.update(completed(dict(os.environ), json.loads(RECORD.read_text())))
-    requirements = [TOOLS / "requirements-ros.txt", TOOLS / "requirements-build.txt"]
+    named = requirements(WHEELS)
     hook = TOOLS / "ros_environment.py"
     sources = sorted(file for file in MESSAGES.rglob("*") if file.is_file())
     modules = sorted((ROOT / "belt_ros").rglob("*.py"))
@@ -216,8 +181,8 @@ def set_up(*, loops_awaited: bool) -> None:
     keys = {
         "ros": ros,
         "venv": f"{base_python()} {platform.python_version()} in {ROOT}",
-        "packages": fingerprint(ROOT / "setup.py", ROOT / "setup.cfg", hook, *requirements),
-        "messages": fingerprint(*requirements, *sources),
+        "packages": fingerprint(ROOT / "setup.py", ROOT / "setup.cfg", hook, *named),
+        "messages": fingerprint(*named, *sources),
         "kernels": fingerprint(TOOLS / "compile_kernels.py", *loops),
     }
     if state.done == keys and VENV_PYTHON.exists():
@@ -236,10 +201,9 @@ def set_up(*, loops_awaited: bool) -> None:
         make_virtual_environment(ros)
         state.finish("ros", keys["ros"])
         state.finish("venv", keys["venv"])
+    if state.done.get("packages") != keys["packages"]:
+        install(state, keys["packages"], ros)
     with Kernels(state, keys["kernels"], awaited=loops_awaited) as kernels:
-        if state.done.get("packages") != keys["packages"]:
-            install(state, keys["packages"], ros, kernels)
-        kernels.begin()
         if state.done.get("messages") != keys["messages"]:
             state.begin("messages")
             build_messages()
@@ -247,17 +211,19 @@ def set_up(*, loops_awaited: bool) -> None:
         kernels.finish()
 
 
-def install(state: State, key: str, ros: str, kernels: Kernels) -> None:
-    """Install all packages; begin to compile the inner loops once theirs are there."""
+def install(state: State, key: str, ros: str) -> None:
+    """Install all packages; let the environment find them."""
     state.begin("packages")
     try:
-        install_package(ros)
-        kernels.begin()
-        install_ros_and_tools(ros)
+        install_packages(ros)
     except SetupError:
         # pip that gives up (no network, say) has changed nothing: no reason to start again.
         state.finish("packages", "failed")
         raise
+    if ros == WHEELS:
+        repair_wheels()
+    install_ros_environment(ros)
+    link_package()
     state.finish("packages", key)
 
 

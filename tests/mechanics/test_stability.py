@@ -8,12 +8,25 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from vibrating_arcs import REPEATABLE, Arc, arcs, every_arc, spread
+from vibrating_arcs import ARCS, REPEATABLE, Arc, arcs, every_arc, spread
 
-from belt_ros.mechanics.arc import Role
+from belt_ros.mechanics.arc import Role, solve_arc
 from belt_ros.mechanics.drive import Belt, BeltDrive, DriveError, Pulley, Tensioning
 from belt_ros.mechanics.equilibrium import solve_equilibrium, torque_capacity
 from belt_ros.mechanics.stability import drive_modes
+
+
+@pytest.mark.parametrize("name", ["re-stuck", "re-stuck, fast"])
+def test_arcs_that_are_said_to_restick_do(name: str) -> None:
+    arc = ARCS[name]
+    lift = arc.mass_per_length * arc.speed**2
+    tensions = lift + 100.0, lift + 100.0 + 100.0 * math.expm1(3.5) * arc.axial_stiffness / arc.net
+
+    found = solve_arc(*arc[:3], *arc[4:8], arc.speed, *tensions)
+
+    assert float(found.transition_angle) == pytest.approx(arc.transition_angle, abs=1e-6)
+    assert float(found.restick_angle) == pytest.approx(arc.restick_angle, abs=1e-6)
+
 
 # --- Stability -----------------------------------------------------------------------------------
 

@@ -109,8 +109,9 @@ def make(ros):
     setup.VENV_PYTHON.touch()
     print('step: venv')
 setup.make_virtual_environment = make
-setup.install_package = tell('package')
-setup.install_ros_and_tools = tell('tools')
+setup.install_packages = tell('packages')
+setup.repair_wheels = setup.link_package = lambda: None
+setup.install_ros_environment = lambda ros: None
 setup.build_messages = tell('messages')
 class Compiling:
     ended = False
@@ -135,8 +136,53 @@ def steps(
     return [line.split()[1] for line in result.stdout.splitlines() if line.startswith("step:")]
 
 
+INSTALLERS_THAT_ONLY_TELL = """
+import subprocess, setup_packages
+def run(name, *command):
+    print('step:', ' '.join(str(part) for part in command))
+    if name in {failing!r}:
+        raise setup.SetupError(f'{{name}} failed')
+setup_packages.run_logged = run
+answer = subprocess.CompletedProcess([], 0, {configured!r}, '')
+setup_packages.run_quietly = lambda *command: answer
+setup.VENV.mkdir()
+setup.main = lambda: setup_packages.install_packages({ros!r})
+"""
+
+
+def installers(
+    checkout: Path, ros: str = "wheels", configured: str = "", failing: tuple[str, ...] = ()
+) -> list[str]:
+    """Return what installs, in turn, up to what is no failure."""
+    prelude = INSTALLERS_THAT_ONLY_TELL.format(ros=ros, configured=configured, failing=failing)
+    result = set_up(checkout, prelude)
+    assert result.returncode == 0, result.stderr
+    commands = [line for line in result.stdout.splitlines() if line.startswith("step:")]
+    return ["uv" if "bin/uv" in command else "pip" for command in commands]
+
+
+def test_packages_are_installed_by_uv_which_pip_brings(checkout: Path) -> None:
+    assert installers(checkout) == ["pip", "uv"]
+
+
+@pytest.mark.parametrize(
+    ("failing", "turns"),
+    [("uv", ["pip", "pip"]), ("belt_ros, ROS 2 and tools", ["pip", "uv", "pip"])],
+)
+def test_pip_installs_what_uv_cannot(checkout: Path, failing: str, turns: list[str]) -> None:
+    assert installers(checkout, failing=(failing,)) == turns
+
+
+def test_pip_installs_where_it_is_told_of_an_index_of_its_own(checkout: Path) -> None:
+    assert installers(checkout, configured="global.index-url='https://index.example'") == ["pip"]
+
+
+def test_pip_installs_beside_a_sourced_ros(checkout: Path) -> None:
+    assert installers(checkout, ros="jazzy") == ["pip"]
+
+
 def test_second_set_up_has_nothing_to_do(checkout: Path) -> None:
-    assert steps(checkout) == ["venv", "package", "tools", "messages", "kernels"]
+    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
     assert steps(checkout) == []
 
 
@@ -145,7 +191,7 @@ def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path)
     (checkout / "msg_defs" / "New.msg").write_text("float64 x\n")
     assert steps(checkout) == ["messages"]
     (checkout / "setup.py").write_text("# changed\n")
-    assert steps(checkout) == ["package", "tools"]
+    assert steps(checkout) == ["packages"]
     (checkout / "belt_ros" / "arc.py").write_text("@compiled\ndef arc(): ...\n")
     assert steps(checkout) == ["kernels"]
     (checkout / "belt_ros" / "table.py").write_text("changed\n")
@@ -154,8 +200,8 @@ def test_each_step_is_done_again_when_what_it_depends_on_changes(checkout: Path)
 
 
 def test_set_up_interrupted_while_installing_starts_again_from_nothing(checkout: Path) -> None:
-    assert steps(checkout, interrupted="tools") == ["venv", "package", "tools"]
-    assert steps(checkout) == ["venv", "package", "tools", "messages", "kernels"]
+    assert steps(checkout, interrupted="packages") == ["venv", "packages"]
+    assert steps(checkout) == ["venv", "packages", "messages", "kernels"]
 
 
 def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path) -> None:
@@ -163,17 +209,16 @@ def test_set_up_interrupted_while_building_messages_goes_on_there(checkout: Path
     assert steps(checkout) == ["messages", "kernels"]
 
 
-@pytest.mark.parametrize("step", ["tools", "messages"])
-def test_kernels_end_with_a_set_up_that_is_interrupted(checkout: Path, step: str) -> None:
-    prelude = STEPS_THAT_ONLY_TELL.format(interrupted=step, compiles=True)
+def test_kernels_end_with_a_set_up_that_is_interrupted(checkout: Path) -> None:
+    prelude = STEPS_THAT_ONLY_TELL.format(interrupted="messages", compiles=True)
     assert "stopped: kernels" in set_up(checkout, prelude).stdout
 
 
-def test_kernels_are_compiled_beside_all_that_comes_after_the_package(checkout: Path) -> None:
+def test_kernels_are_compiled_while_messages_are_built(checkout: Path) -> None:
     prelude = STEPS_THAT_ONLY_TELL.format(interrupted="", compiles=True)
     told = [line.split()[-1] for line in set_up(checkout, prelude).stdout.splitlines()[1:]]
 
-    assert told == ["venv", "package", "kernels", "tools", "messages", "kernels"]
+    assert told == ["venv", "packages", "kernels", "messages", "kernels"]
 
 
 def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkout: Path) -> None:
@@ -184,7 +229,7 @@ def test_kernels_that_do_not_compile_are_no_obstacle_and_are_tried_again(checkou
 def test_who_needs_no_kernels_does_not_wait_for_them(checkout: Path) -> None:
     left = steps(checkout, prelude="sys.argv.append('--leave-loops')\n")
 
-    assert left == ["venv", "package", "tools", "messages"]
+    assert left == ["venv", "packages", "messages"]
     assert steps(checkout) == ["kernels"]
 
 

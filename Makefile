@@ -7,8 +7,9 @@ VENV := .venv/bin
 unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint collect figures bench bench-mechanics bench-coverage bench-estimation \
-	bench-alarms bench-graph bench-replay bench-hostile bench-faults clean distclean
+.PHONY: help setup loops-later demo test lint collect figures bench bench-mechanics \
+	bench-coverage bench-estimation bench-alarms bench-graph bench-replay bench-hostile \
+	bench-faults clean distclean
 
 help:  ## list these targets
 	@awk -F ':.*## +' '/^[a-z-]+:.*##/ { printf "  make %-18s%s\n", $$1, $$2 }' Makefile
@@ -25,15 +26,16 @@ demo: setup  ## run the demonstration; BAG=<bag> CONFIG=<yaml> for your own data
 test: setup  ## run all tests; PYTEST_ARGS="-k alarm" for some of them
 	@$(VENV)/python -m pytest -n 3 --dist loadscope --no-loadscope-reorder $(PYTEST_ARGS)
 
-lint:  ## check style, types and the direction of imports
+loops-later:
 	@$(PYTHON) tools/setup_environment.py --leave-loops
+
+lint: loops-later  ## check style, types and the direction of imports
 	@$(VENV)/ruff check .
 	@$(VENV)/ruff format --check .
 	@$(VENV)/mypy
 	@$(VENV)/lint-imports --no-logo
 
-collect:  ## check that all tests can be collected; it compiles them for those who run them
-	@$(PYTHON) tools/setup_environment.py --leave-loops
+collect: loops-later  ## check that all tests can be collected; spares their workers to compile them
 	@found=$$($(VENV)/python -m pytest --collect-only -qqq) || { echo "$$found"; exit 1; }
 
 figures: setup  ## draw the paper's figures and tables into docs/figures

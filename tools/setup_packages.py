@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from setup_machine import WHEELS
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 TOOLS = ROOT / "tools"
+ANOTHER_INDEX = re.compile(r"\.(index-url|no-index)=")  # an extra one may still be needed: by pip
 UV = VENV / "bin" / "uv"
 
 
@@ -36,11 +38,11 @@ def pip_install(ros: str) -> list[str | Path]:
 
 
 def uv_may_install(ros: str) -> bool:
-    """Whether uv is to be tried: it knows nothing of a sourced ROS 2, nor of an index of pip's."""
+    """Whether uv is to be tried: it sees no sourced ROS 2, and asks no index that pip is told."""
     if ros != WHEELS:
         return False
     configured = run_quietly(VENV_PYTHON, "-m", "pip", "config", "list")
-    return configured.returncode == 0 and "index" not in configured.stdout
+    return configured.returncode == 0 and not ANOTHER_INDEX.search(configured.stdout)
 
 
 def install_packages(ros: str) -> None:

@@ -173,8 +173,18 @@ def test_pip_installs_what_uv_cannot(checkout: Path, failing: str, turns: list[s
     assert installers(checkout, failing=(failing,)) == turns
 
 
-def test_pip_installs_where_it_is_told_of_an_index_of_its_own(checkout: Path) -> None:
-    assert installers(checkout, configured="global.index-url='https://index.example'") == ["pip"]
+@pytest.mark.parametrize(
+    ("configured", "turns"),
+    [
+        ("global.index-url='https://index.example'", ["pip"]),
+        (":env:.no-index='1'", ["pip"]),
+        ("global.extra-index-url='https://more.example'", ["pip", "uv"]),
+    ],
+)
+def test_pip_installs_where_it_is_told_of_an_index_of_its_own(
+    checkout: Path, configured: str, turns: list[str]
+) -> None:
+    assert installers(checkout, configured=configured) == turns
 
 
 def test_pip_installs_beside_a_sourced_ros(checkout: Path) -> None:

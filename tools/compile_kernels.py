@@ -1,6 +1,7 @@
 """Compile inner loops and modules beforehand, so that no start waits for them."""
 
 import compileall
+import gc
 import re
 import shutil
 from itertools import islice
@@ -16,6 +17,7 @@ from belt_ros.settings import DriveSettings, load_settings
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 MEASUREMENTS = 130  # a second and more: as long as it takes until modes change
+_GARBAGE = 100_000  # objects
 KEPT = 3  # branches, or checkouts, that can take turns without compiling anew
 DIGEST = re.compile("[0-9a-f]{16}")
 
@@ -45,6 +47,7 @@ def replay(settings: DriveSettings, scenario: Scenario) -> None:
 
 def main() -> None:
     """Run what the node, the rig and the command compile."""
+    gc.set_threshold(_GARBAGE)  # the compiler makes little of it, and much to look through
     settings = load_settings(CONFIG / "demo_drive.yaml")
     warm_up(settings)
     rate(settings)

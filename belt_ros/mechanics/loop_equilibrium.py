@@ -113,7 +113,7 @@ def _level(loop: BeltLoop, statics: _Statics, asked: _Asked) -> _Level:
         jump, rise, least, _ = statics
         forward = asked.speed >= 0.0
         solved = fixed_centre_levels(_constants(loop), jump, rise, least, held, lift, forward)
-        return _Level(solved[:, 0], solved[:, 1])
+        return _Level(solved[:, 0].copy(), solved[:, 1].copy())
     if isinstance(loop.tensioning, HeldSpan):
         unloaded = held - lift
         ea = loop.belt.axial_stiffness
@@ -152,7 +152,8 @@ def _asked(loop: BeltLoop, torque: ArrayLike, tension: ArrayLike, speed: ArrayLi
             f"the driver {loop.driver!r} is given {given[given != 0.0].flat[0]:g} N m; its torque "
             "follows from the others: give 0"
         )
-    held, omega = (np.broadcast_to(array, shape).ravel() for array in (held, omega))
+    # Copies, for compiled functions are compiled once more for arrays that are read-only.
+    held, omega = (np.broadcast_to(array, shape).flatten() for array in (held, omega))
     rim_speed = np.abs(omega) * loop.pulleys[loop.index(loop.driver)].pulley.radius
     if np.any(bad := ~(rim_speed < loop.belt.critical_speed)):
         raise DriveError(

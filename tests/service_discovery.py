@@ -21,8 +21,9 @@ def await_answers(
     answers: list[Any] = []
     asked = 0.0
     while not any(answer.done() for answer in answers):
-        assert time.monotonic() < end, f"{name} does not answer"
-        if client.service_is_ready() and time.monotonic() > asked + _AGAIN:
+        found = client.service_is_ready()
+        assert time.monotonic() < end, f"{name}: found {found}, asked {len(answers)} times in vain"
+        if found and time.monotonic() > asked + _AGAIN:
             answers.append(client.call_async(kind.Request()))
             asked = time.monotonic()
         spin_once()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import STATES, Index, propagate_each
+from belt_ros.estimation.state import STATES, Index, propagate
 from belt_ros.estimation.unscented import sigma_points
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -54,8 +54,8 @@ def motion_jacobian(
     rows[:, :CARRIED] = state
     rows[1, 2] += pull_step
     rows[2, 9] += error_step
-    propagate_each(c, rows, dt)
-    by_pull = (rows[1, 2] - rows[0, 2]) / pull_step
+    moved = propagate(c, rows, dt)
+    by_pull = (moved[1, 2] - moved[0, 2]) / pull_step
     by_winding = by_pull * dt / c.span_compliance
     driven_radius = c.driven_radius * (1.0 + state[8])
     fastest = max(abs(c.driver_radius * state[0]), abs(driven_radius * state[1]))
@@ -67,7 +67,7 @@ def motion_jacobian(
     pull[3] = by_winding * dt * c.driver_radius / c.driver_inertia
     pull[4] = -by_winding * dt * c.driven_radius / c.driven_inertia
     pull[5] = -by_winding * c.driven_radius * state[1]
-    pull[6] = (rows[2, 2] - rows[0, 2]) / error_step
+    pull[6] = (moved[2, 2] - moved[0, 2]) / error_step
     pull[7] = -by_winding * fastest
     jacobian[0] = -dt * c.driver_radius / c.driver_inertia * pull
     jacobian[1] = dt * c.driven_radius / c.driven_inertia * pull
@@ -75,7 +75,7 @@ def motion_jacobian(
     jacobian[1, 1] += 1.0
     jacobian[0, 3] += dt / c.driver_inertia
     jacobian[1, 4] += dt / c.driven_inertia
-    return rows[0, :CARRIED], jacobian
+    return moved[0, :CARRIED], jacobian
 
 
 @compiled

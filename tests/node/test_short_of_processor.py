@@ -12,7 +12,7 @@ from node_harness import PAPER_DRIVE, SECOND, Client, NodeProcess, joint_state, 
 from benchmarks.graph.drives import drive_names, several_parameters
 
 DRIVES = 30
-SECONDS, LONGEST = 8.0, 40.0
+SECONDS, LONGEST = 8.0, 20.0
 LATE = 1.0  # [s]
 RATE = 100.0  # [Hz]
 
@@ -65,7 +65,7 @@ def test_short_of_processor_it_pools_and_loses_nothing(
     client.node.create_subscription(BeltState, "belt_node/drive_7/state", take, 1000)
 
     def late() -> float:
-        return max(late for late, _ in states[-10:])
+        return max((late for late, _ in states[-10:]), default=math.inf)
 
     overloaded = {"input_reliability": "reliable", "longest_pool": 0.2}
     with NodeProcess(ros_domain, tmp_path / "log", params, **overloaded) as node:

@@ -68,11 +68,11 @@ def _log_gain(grip: float, slack_held: int, log_friction: float) -> tuple[float,
     With a held mean, of half of it.
     """
     limit = grip * math.exp(min(max(log_friction, -_FARTHEST), _FARTHEST))
+    share = -math.expm1(-limit)
     if slack_held:
-        share = -math.expm1(-limit)
         return limit + math.log(share), limit / share
-    slope = 2.0 * limit * math.exp(-limit) / -math.expm1(-2.0 * limit)  # limit / sinh(limit)
-    return math.log(math.tanh(0.5 * limit)), slope
+    both = 2.0 - share  # of tanh(limit / 2) = share / both
+    return math.log(share / both), 2.0 * limit * (1.0 - share) / (share * both)
 
 
 def _log_friction_at(grip: float, log_gain: float, slack_held: int) -> float:
@@ -162,23 +162,6 @@ def _belief(mean: _Floats, covariance: _Floats, at: Reference) -> _Belief:
 
 
 @compiled
-def _log_tension(belief: _Belief, at: Reference, log_friction: float) -> tuple[float, float]:
-    """Mean of ln T at a value of ln mu, and its slope.
-
-    A filter knows a line. Where that is there because the capacity is known, it is followed beyond
-    the filter's reach: what mu does not give, tension does.
-    """
-    far = log_friction - belief.at_friction
-    here, slope_here = _log_gain(at.grip, at.slack_held, belief.at_friction)
-    there, slope_there = _log_gain(at.grip, at.slack_held, log_friction)
-    bend = there - here - slope_here * far
-    return (
-        belief.at_tension + belief.slope * far - belief.share * bend,
-        belief.slope - belief.share * (slope_there - slope_here),
-    )
-
-
-@compiled
 def _in_doubt(belief: _Belief, at: Reference, spoilt: float) -> _Belief:
     """Return the belief with the prior of ln mu, which it contains, made wider.
 
@@ -220,19 +203,27 @@ def _chances(belief: _Belief, at: Reference) -> tuple[float, float, float]:
 
     Integrated over ln mu, however wide. Each node stands for a cell, and what varies within the
     cell widens what is normal beside.
+
+    Of ln T at a value of ln mu a filter knows a line. Where that is there because the capacity is
+    known, it is followed beyond the filter's reach: what mu does not give, tension does.
     """
     step = 2.0 * _REACH / (_NODES - 1)
     cell = step * belief.spread
+    within, rest = cell * cell / 12.0, belief.rest**2
+    here, slope_here = _log_gain(at.grip, at.slack_held, belief.at_friction)
     whole = lost = by_tension = by_friction = 0.0
     for i in range(_NODES):
         place = i * step - _REACH
         weight = math.exp(-0.5 * place * place)
         y = belief.friction + place * belief.spread
-        tension, along = _log_tension(belief, at, y)
+        far = y - belief.at_friction
         gain, slope = _log_gain(at.grip, at.slack_held, y)
-        spread = math.sqrt(belief.rest**2 + ((slope + along) * cell) ** 2 / 12.0)
+        bend = gain - here - slope_here * far
+        tension = belief.at_tension + belief.slope * far - belief.share * bend
+        along = belief.slope - belief.share * (slope - slope_here)
+        spread = math.sqrt(rest + (slope + along) ** 2 * within)
         chance = _normal_below((at.lost_log_traction - gain - tension) / spread)
-        spread = math.sqrt(belief.rest**2 + (along * cell) ** 2 / 12.0)
+        spread = math.sqrt(rest + along**2 * within)
         alone = _normal_below((at.lost_log_tension - tension) / spread)
         below = min(max((at.lost_log_friction - y) / cell + 0.5, 0.0), 1.0)
         whole += weight

@@ -10,7 +10,6 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
-from belt_ros.node.belt_node import BeltNode
 from belt_ros.program_arguments import ends_at_once
 
 _USAGE = """\
@@ -60,6 +59,8 @@ def main(args: Sequence[str] | None = None) -> int:
     code = ends_at_once("belt_node", args, _USAGE)
     if code is not None:
         return code
+    from belt_ros.node.belt_node import BeltNode  # noqa: PLC0415, so that --help is quick
+
     rclpy.init(
         args=None if args is None else list(args),
         signal_handler_options=SignalHandlerOptions.NO,

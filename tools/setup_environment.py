@@ -107,8 +107,11 @@ def link_package() -> None:
         link.symlink_to(target)
 
 
-def build_messages() -> None:
-    """Build belt_msgs from nothing (seconds), so that no removed message stays behind."""
+def build_messages(ros: str) -> None:
+    """Build belt_msgs from nothing (seconds), so that no removed message stays behind.
+
+    For nodes in C++ only where a ROS 2 installation is sourced: wheels are for Python.
+    """
     build = VENV / "build"
     for leftover in (build, VENV / "share/belt_msgs", Path(venv_paths()["purelib"]) / "belt_msgs"):
         shutil.rmtree(leftover, ignore_errors=True)
@@ -117,6 +120,7 @@ def build_messages() -> None:
         *("build", "--base-paths", MESSAGES, "--build-base", build),
         *("--merge-install", "--install-base", VENV, "--event-handlers", "console_direct+"),
         *("--cmake-args", "-DBUILD_TESTING=OFF", f"-DPython3_EXECUTABLE={VENV_PYTHON}"),
+        f"-DBELT_MSGS_WITHOUT_CPP={'ON' if ros == WHEELS else 'OFF'}",
     )
     check = "import rclpy; from belt_msgs.msg import BeltState; BeltState.__import_type_support__()"
     outcome = run_quietly(VENV_PYTHON, "-c", check)
@@ -206,7 +210,7 @@ def set_up(*, loops_awaited: bool) -> None:
     with Kernels(state, keys["kernels"], awaited=loops_awaited) as kernels:
         if state.done.get("messages") != keys["messages"]:
             state.begin("messages")
-            build_messages()
+            build_messages(ros)
             state.finish("messages", keys["messages"])
         kernels.finish()
 

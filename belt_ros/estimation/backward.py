@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation.written import write
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
@@ -109,6 +110,26 @@ def _unwhitened(lower: _Floats, rows: _Floats) -> _Floats:
 
 
 @compiled
+def _times(one: _Floats, other: _Floats) -> _Floats:
+    out = np.zeros((one.shape[0], other.shape[1]))
+    for i in range(one.shape[0]):
+        for k in range(other.shape[0]):
+            for j in range(other.shape[1]):
+                out[i, j] += one[i, k] * other[k, j]
+    return out
+
+
+@compiled
+def _times_transposed(one: _Floats, other: _Floats) -> _Floats:
+    out = np.zeros((one.shape[0], other.shape[0]))
+    for i in range(one.shape[0]):
+        for j in range(other.shape[0]):
+            for k in range(other.shape[1]):
+                out[i, j] += one[i, k] * other[j, k]
+    return out
+
+
+@compiled
 def backward_kernel(joint: Moments) -> Kernel:
     """Condition the state before on the state after: gain C P'^-1, spread P - C P'^-1 C^T.
 
@@ -137,29 +158,28 @@ def backward_kernel(joint: Moments) -> Kernel:
     for i in range(n):
         for k in range(i + 1):
             root[i, k] *= scale[i]
-    return Kernel(gain, joint.mean, joint.later_mean, root @ root.T)
-
-
-@compiled
-def composed(first: Kernel, second: Kernel) -> Kernel:
-    """One kernel of two steps: x given x'', by `first` x given x' and by `second` x' given x''."""
-    spread = first.gain @ second.spread @ first.gain.T
-    return Kernel(
-        first.gain @ second.gain,
-        first.centre + first.gain @ (second.centre - first.reference),
-        second.reference,
-        first.spread + 0.5 * (spread + spread.T),
-    )
+    return Kernel(gain, joint.mean, joint.later_mean, _times_transposed(root, root))
 
 
 @compiled
 def mapped(kernel: Kernel, mean: _Floats, covariance: _Floats) -> tuple[_Floats, _Floats]:
     """Mean and covariance of x where x' has `mean` (n,) and `covariance` (n, n)."""
-    spread = kernel.gain @ covariance @ kernel.gain.T
-    return (
-        kernel.centre + kernel.gain @ (mean - kernel.reference),
-        kernel.spread + 0.5 * (spread + spread.T),
-    )
+    n = mean.shape[0]
+    moved, spread = np.empty(n), np.empty((n, n))
+    through = _times_transposed(_times(kernel.gain, covariance), kernel.gain)
+    for i in range(n):
+        moved[i] = kernel.centre[i]
+        for j in range(n):
+            moved[i] += kernel.gain[i, j] * (mean[j] - kernel.reference[j])
+            spread[i, j] = kernel.spread[i, j] + 0.5 * (through[i, j] + through[j, i])
+    return moved, spread
+
+
+@compiled
+def composed(first: Kernel, second: Kernel) -> Kernel:
+    """One kernel of two steps: x given x'', by `first` x given x' and by `second` x' given x''."""
+    centre, spread = mapped(first, second.centre, second.spread)
+    return Kernel(_times(first.gain, second.gain), centre, second.reference, spread)
 
 
 @compiled
@@ -209,7 +229,18 @@ def mode_weights(log_weights: _Floats, modes: _Places, mode: int) -> _Floats:
     for k in range(log_weights.shape[0]):
         if modes[k] == mode:
             weights[k] = math.exp(log_weights[k] - best)
-    return weights / np.sum(weights)
+    total = np.sum(weights)
+    for k in range(weights.size):
+        weights[k] /= total
+    return weights
+
+
+@compiled
+def _faded(mean: _Floats, memory: _Floats, anchor: _Floats) -> _Floats:
+    faded = np.empty(mean.size)
+    for i in range(mean.size):
+        faded[i] = anchor[i] + memory[i] * (mean[i] - anchor[i])
+    return faded
 
 
 @compiled
@@ -223,7 +254,7 @@ def fading_moments(
         for j in range(n):
             cross[i, j] = covariance[i, j] * memory[j]
             faded[i, j] = memory[i] * cross[i, j] + gained[i, j]
-    return Moments(mean, covariance, anchor + memory * (mean - anchor), faded, cross)
+    return Moments(mean, covariance, _faded(mean, memory, anchor), faded, cross)
 
 
 @compiled
@@ -274,7 +305,9 @@ def step_kernel(
     member's covariance has to be inverted, only those of the sum.
     """
     fading, joint = fading_kernel(weights, means, covariances, memory, anchor, gained)
-    faded = anchor + memory * (means - anchor)
+    faded = np.empty(means.shape)
+    for k in range(means.shape[0]):
+        write(faded[k], _faded(means[k], memory, anchor))
     mean, moved, cross = mixture_cross(weights, faded, moved_means, crosses)
     _, _, covariance = mixture_cross(weights, moved_means, moved_means, moved_covariances)
     motion = backward_kernel(Moments(mean, joint.later_covariance, moved, covariance, cross))

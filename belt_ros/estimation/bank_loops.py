@@ -26,6 +26,7 @@ from belt_ros.estimation.unscented import (
     take_in_place,
     upper_root,
 )
+from belt_ros.estimation.written import write, write_matrix
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 
@@ -78,7 +79,7 @@ def predict_members(
         rows = moved_along(known, columns, order, PULL, along, slopes)
         shared = together(known, columns, slopes, rows)
         if crosses.shape[0] > 0:
-            crosses[k] = across(p, MOVING, shared)
+            write_matrix(crosses[k], across(p, MOVING, shared))
         move_belief(mean, p, known.scores, rows, shared, points, MOVING, weights)
         for i in range(n):
             p[i, i] += process.variance_after[i]
@@ -112,18 +113,17 @@ def innovations_squared(
     nothing of the belt, and where that is misjudged, it would favour the most certain for ever.
     """
     count = z.size
-    spread = np.diag(variance)
-    for k in range(weights.size):
-        for i in range(count):
-            for j in range(count):
-                spread[i, j] += weights[k] * covariance[k, seen[i], seen[j]]
-    surprises = np.zeros(count)
+    spread, surprises = np.zeros((count, count)), np.zeros(count)
     for i in range(count):
+        spread[i, i] = variance[i]
+        for j in range(count):
+            for k in range(weights.size):
+                spread[i, j] += weights[k] * covariance[k, seen[i], seen[j]]
         for k in range(weights.size):
             surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
         surprises[i] = surprises[i] ** 2 / spread[i, i]
     root = upper_root(spread)
-    squared = np.empty(weights.size)
+    squared = np.zeros(weights.size)
     whitened = np.empty(count)
     for k in range(weights.size):
         for i in range(count):
@@ -131,7 +131,7 @@ def innovations_squared(
             for j in range(i):
                 rest -= root[j, i] * whitened[j]
             whitened[i] = rest / root[i, i]
-        squared[k] = np.sum(whitened**2)
+            squared[k] += whitened[i] ** 2
     return squared, surprises
 
 
@@ -157,7 +157,8 @@ def observe_members(
         seen = observe(x[k], covariance[k], points, weights, predicted, z, variance)
         innovation[k], foretold[k] = seen.innovation, seen.variance
         if seen.variance > 2.0 * variance:
-            x_out[k], p_out[k] = seen.x, seen.covariance
+            write(x_out[k], seen.x)
+            write_matrix(p_out[k], seen.covariance)
     return x_out, p_out, innovation, foretold
 
 
@@ -177,7 +178,9 @@ def read_members(
     deviations = np.empty((members.size, READINGS))
     for row, k in enumerate(members):
         points = sigma_points(x[k], covariance[k], order, spread)
-        means[row], deviations[row] = mean_and_deviation(read(c, points, slowest), weights)
+        mean, deviation = mean_and_deviation(read(c, points, slowest), weights)
+        write(means[row], mean)
+        write(deviations[row], deviation)
         doubt = math.sqrt(covariance[k, PULL, PULL])
         if abs(x[k, PULL]) < _FOLDED * doubt and means[row, _CAPACITY] > 0.0:
             share = doubt * c.driven_radius / means[row, _CAPACITY]

@@ -105,8 +105,15 @@ def narrowed(
 @compiled
 def normalised(log_weights: _Floats) -> _Floats:
     """Weights that sum to one, from their logarithms."""
-    weights: _Floats = np.exp(log_weights - np.max(log_weights))
-    weights /= np.sum(weights)
+    count, best, total = log_weights.size, -math.inf, 0.0
+    for k in range(count):
+        best = max(best, log_weights[k])
+    weights = np.empty(count)
+    for k in range(count):
+        weights[k] = math.exp(log_weights[k] - best)
+        total += weights[k]
+    for k in range(count):
+        weights[k] /= total
     return weights
 
 
@@ -118,7 +125,8 @@ def mixture_moments(
     count, n = means.shape
     mean = np.zeros(n)
     for k in range(count):
-        mean += weights[k] * means[k]
+        for i in range(n):
+            mean[i] += weights[k] * means[k, i]
     covariance = np.zeros((n, n))
     for k in range(count):
         for i in range(n):

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation.written import write
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
@@ -71,16 +72,21 @@ def _raised(own: _Pair, other: _Pair) -> _Pair:
 def _began(mean: _Floats, variance: _Floats, weight: _Floats, z: float, r: float) -> None:
     mean[:] = z
     variance[:] = r
-    weight[:] = _PRIOR
+    write(weight, _PRIOR)
 
 
 @compiled
 def _mix(mean: _Floats, variance: _Floats, weight: _Floats, dt: float) -> None:
     """Let every pace end after a while, and any other follow it, from where it has led to."""
-    leaving = -np.expm1(-_ENDING * dt) * weight
-    total = np.sum(leaving)
-    left = np.sum(leaving * mean) / total
-    left_variance = np.sum(leaving * (variance + (mean - left) ** 2)) / total
+    leaving, total, left, left_variance = np.empty(_PACES.size), 0.0, 0.0, 0.0
+    for j in range(_PACES.size):
+        leaving[j] = -math.expm1(-_ENDING[j] * dt) * weight[j]
+        total += leaving[j]
+        left += leaving[j] * mean[j]
+    left /= total
+    for j in range(_PACES.size):
+        left_variance += leaving[j] * (variance[j] + (mean[j] - left) ** 2)
+    left_variance /= total
     for j in range(_PACES.size):
         staying, coming = weight[j] - leaving[j], total * _PRIOR[j]
         weight[j] = staying + coming
@@ -129,7 +135,11 @@ def _followed(
         gain = variance[j] / spread
         mean[j] += gain * (z - mean[j])
         variance[j] *= 1.0 - gain
-    weight /= np.sum(weight)
+    total = 0.0
+    for j in range(_PACES.size):
+        total += weight[j]
+    for j in range(_PACES.size):
+        weight[j] /= total
     pace: float = _pace(weight)
     _mix(mean, variance, weight, since)
     return pace

@@ -169,8 +169,10 @@ def observe(
     innovation, total = z - mean, spread + variance
     if not (math.isfinite(innovation) and math.isfinite(total)):
         return Observed(x.copy(), covariance.copy(), 0.0, variance)
-    gain = cross / total
-    rest = points - x
-    for p in range(rest.shape[0]):
-        rest[p] -= (predicted[p] - mean) * gain
-    return Observed(x + gain * innovation, _left(rest, weights, gain, variance), innovation, total)
+    gain, seen, rest = np.empty(x.size), np.empty(x.size), np.empty(points.shape)
+    for i in range(x.size):
+        gain[i] = cross[i] / total
+        seen[i] = x[i] + gain[i] * innovation
+        for p in range(points.shape[0]):
+            rest[p, i] = points[p, i] - x[i] - (predicted[p] - mean) * gain[i]
+    return Observed(seen, _left(rest, weights, gain, variance), innovation, total)

@@ -72,8 +72,11 @@ def step_members(
     squared, surprises = innovations_squared(x, covariance, member_weights, z, variance, places)
     radii = c.driver_radius, c.driven_radius
     lead = lead_innovation(radii, member_weights, x, covariance, z, variance, places)
-    average = np.sum(member_weights * squared)
-    return x, covariance, squared, squared.min(), average, surprises, lead
+    least, average = math.inf, 0.0
+    for k in range(squared.size):
+        least = min(least, squared[k])
+        average += member_weights[k] * squared[k]
+    return x, covariance, squared, least, average, surprises, lead
 
 
 @compiled
@@ -95,8 +98,13 @@ def take_in_and_weigh(
         whether all of it is finite.
     """
     x, covariance = update_members(x, covariance, z, variance, places)
-    log_weights = log_weights - 0.5 * squared
-    log_weights -= log_weights.max()
+    log_weights = log_weights.copy()
+    best = -math.inf
+    for k in range(squared.size):
+        log_weights[k] -= 0.5 * squared[k]
+        best = max(best, log_weights[k])
+    for k in range(squared.size):
+        log_weights[k] -= best
     weights = normalised(log_weights)
     mean, spread = mixture_moments(weights, x, covariance)
     finite = math.isfinite(log_weights.sum() + x.sum())

@@ -66,8 +66,10 @@ def _quantile(
 ) -> float:
     """Load at a probability; no member's own quantile lies farther out than `reach` deviations."""
     log_means, log_deviations = _logarithms(means, deviations)
-    low = np.min(log_means - reach * log_deviations)
-    high = np.max(log_means + reach * log_deviations)
+    low, high = math.inf, -math.inf
+    for k in range(weights.size):
+        low = min(low, log_means[k] - reach * log_deviations[k])
+        high = max(high, log_means[k] + reach * log_deviations[k])
     for _ in range(_SOLVE_STEPS):
         if high - low <= _ENOUGH:
             break

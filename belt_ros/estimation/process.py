@@ -212,7 +212,8 @@ def drift_processes(
     gained[:, PULL] = onset**2 * dt
     before = np.zeros((2, STATES, STATES))
     for mode in range(2):
-        before[mode] = np.diag(gained[mode])
+        for state in range(STATES):
+            before[mode, state, state] = gained[mode, state]
         set_walk(before[mode], wander.load, c, activity, dt)
     motion = np.zeros(STATES)
     motion[PULL] = (min(max(most, _LEAST_PULL_ACTIVITY), 1.0) * wander.pull) ** 2 * dt

@@ -25,7 +25,9 @@ def _summed_up(weights: _Floats, means: _Floats, deviations: _Floats) -> tuple[_
         for i in range(n):
             away = means[k, i] - mean[i]
             variance[i] += weights[k] * (deviations[k, i] ** 2 + away**2)
-    return mean, np.sqrt(variance)
+    for i in range(n):
+        variance[i] = math.sqrt(variance[i])
+    return mean, variance
 
 
 @compiled

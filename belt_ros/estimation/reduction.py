@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.gaussian_sum import Component
+from belt_ros.estimation.written import write, write_matrix
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
@@ -42,6 +43,15 @@ def _half_log_volume(matrix: _Floats) -> float:
             else:
                 matrix[i, j] = rest / matrix[j, j]
     return half
+
+
+@compiled
+def _between(share: float, mean: _Floats, other: _Floats) -> _Floats:
+    """Mean of two members, of which the first has a `share` of both."""
+    out = np.empty(mean.size)
+    for i in range(mean.size):
+        out[i] = share * mean[i] + (1.0 - share) * other[i]
+    return out
 
 
 @compiled
@@ -104,7 +114,7 @@ def _merge_cheapest(
     halves, losses = np.empty(count), np.full((count, count), math.inf)
     scratch = np.empty((n, n))
     for a in range(count):
-        scratch[:] = covariances[a]
+        write_matrix(scratch, covariances[a])
         halves[a] = _half_log_volume(scratch)
         for b in range(a):
             if modes[a] == modes[b]:
@@ -123,8 +133,8 @@ def _merge_cheapest(
         total = weights[kept] + weights[gone]
         share = weights[kept] / total if total > 0.0 else 0.5
         _together(share, means[kept], covariances[kept], means[gone], covariances[gone], scratch)
-        covariances[kept] = scratch
-        means[kept] = share * means[kept] + (1.0 - share) * means[gone]
+        write_matrix(covariances[kept], scratch)
+        write(means[kept], _between(share, means[kept], means[gone]))
         weights[kept] = total
         halves[kept] = _half_log_volume(scratch)
         for k in range(count):
@@ -148,7 +158,7 @@ def _both(
     share = math.exp(log_weight - total)
     spread = np.empty_like(covariance)
     _together(share, mean, covariance, other, beside, spread)
-    return total, share * mean + (1.0 - share) * other, spread
+    return total, _between(share, mean, other), spread
 
 
 def merge(a: Component, b: Component) -> Component:

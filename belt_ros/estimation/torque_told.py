@@ -69,7 +69,9 @@ def told(mean: _Floats, covariance: _Floats, torques: Torques) -> Told:
         score = (torques.z[r] - mean[at]) / deviation
         tells = covariance[at, at] > _TELLING * deviation**2
         if tells and score * score < _UNBELIEVABLE:
-            taken[r], scores[r] = covariance[at] / deviation, score
+            scores[r] = score
+            for i in range(mean.size):
+                taken[r, i] = covariance[at, i] / deviation
             one = slice(r, r + 1)
             mean, covariance = take_in(
                 mean, covariance, torques.z[one], torques.variance[one], torques.places[one]

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from belt_ros.estimation.written import write
 from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
@@ -122,7 +123,7 @@ def points_about(x: _Floats, columns: _Floats, spread: _Floats) -> _Floats:
 def lay_points(points: _Floats, x: _Floats, columns: _Floats, spread: _Floats) -> None:
     """Set points to what `points_about` returns."""
     n = x.shape[0]
-    points[0, :] = x
+    write(points[0], x)
     for k in range(n):
         distance = math.sqrt(spread[k])
         for i in range(n):
@@ -167,7 +168,9 @@ def mean_and_deviation(rows: _Floats, weights: _Floats) -> tuple[_Floats, _Float
     for p in range(count):
         for i in range(n):
             deviation[i] += weights[p] * (rows[p, i] - mean[i]) ** 2
-    return mean, np.sqrt(deviation)
+    for i in range(n):
+        deviation[i] = math.sqrt(deviation[i])
+    return mean, deviation
 
 
 @compiled

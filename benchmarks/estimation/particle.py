@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.process import Process
-from belt_ros.estimation.state import STATES, Index, propagate
+from belt_ros.estimation.state import STATES, Index, propagate_each
 from belt_ros.estimation.unscented import sigma_points
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
@@ -40,58 +40,64 @@ class Cloud(NamedTuple):
 
 
 @compiled
-def motion_jacobian(
-    c: DriveConstants, state: _Floats, pull_step: float, error_step: float, dt: float
+def _propagate_groups(c: DriveConstants, groups: _Floats, dt: float) -> None:
+    """Advance groups (n, k, 12) of states by `dt` [s], each solved from its first."""
+    for k in range(groups.shape[0]):
+        propagate_each(c, groups[k], dt)
+
+
+def motion_jacobians(
+    c: DriveConstants, states: _Floats, pull_steps: _Floats, error_steps: _Floats, dt: float
 ) -> tuple[_Floats, _Floats]:
-    """Advance a state (CARRIED,); return it and the Jacobian (3, 8) of what moves by `_STRAIGHT`.
+    """Advance states (n, CARRIED); return them and Jacobians (n, 3, 8) of what moves by `_STRAIGHT`.
 
     The new pull depends on speeds, torques, bias and undeveloped creep as on the wind-up that they
     amount to (`step_motion`), but for the belt's inertia and the speed of creep, to which speeds
     that are measured add nothing. So two differences, by the old pull and by the creep error, give
     the whole.
     """
-    rows = np.zeros((3, STATES))
-    rows[:, :CARRIED] = state
-    rows[1, 2] += pull_step
-    rows[2, 9] += error_step
-    moved = propagate(c, rows, dt)
-    by_pull = (moved[1, 2] - moved[0, 2]) / pull_step
+    groups = np.zeros((len(states), 3, STATES))
+    groups[:, :, :CARRIED] = states[:, None]
+    groups[:, 1, 2] += pull_steps
+    groups[:, 2, 9] += error_steps
+    _propagate_groups(c, groups, dt)
+    moved = groups[:, 0, :CARRIED]
+    by_pull, by_error = (groups[:, 1:, 2] - moved[:, None, 2]).T / (pull_steps, error_steps)
     by_winding = by_pull * dt / c.span_compliance
-    driven_radius = c.driven_radius * (1.0 + state[8])
-    fastest = max(abs(c.driver_radius * state[0]), abs(driven_radius * state[1]))
-    jacobian = np.zeros((3, 8))
-    pull = jacobian[2]
-    pull[0] = by_winding * c.driver_radius
-    pull[1] = -by_winding * driven_radius
-    pull[2] = by_pull
-    pull[3] = by_winding * dt * c.driver_radius / c.driver_inertia
-    pull[4] = -by_winding * dt * c.driven_radius / c.driven_inertia
-    pull[5] = -by_winding * c.driven_radius * state[1]
-    pull[6] = (moved[2, 2] - moved[0, 2]) / error_step
-    pull[7] = -by_winding * fastest
-    jacobian[0] = -dt * c.driver_radius / c.driver_inertia * pull
-    jacobian[1] = dt * c.driven_radius / c.driven_inertia * pull
-    jacobian[0, 0] += 1.0
-    jacobian[1, 1] += 1.0
-    jacobian[0, 3] += dt / c.driver_inertia
-    jacobian[1, 4] += dt / c.driven_inertia
-    return moved[0, :CARRIED], jacobian
+    driver_radius, driven_radius = c.driver_radius, c.driven_radius * (1.0 + states[:, 8])
+    fastest = np.maximum(np.abs(driver_radius * states[:, 0]), np.abs(driven_radius * states[:, 1]))
+    driver_gain, driven_gain = dt / c.driver_inertia, dt / c.driven_inertia
+    jacobians = np.zeros((len(states), 3, 8))
+    pull = jacobians[:, 2]
+    pull[:, 0] = by_winding * driver_radius
+    pull[:, 1] = -by_winding * driven_radius
+    pull[:, 2] = by_pull
+    pull[:, 3] = by_winding * dt * driver_radius / c.driver_inertia
+    pull[:, 4] = -by_winding * dt * c.driven_radius / c.driven_inertia
+    pull[:, 5] = -by_winding * c.driven_radius * states[:, 1]
+    pull[:, 6] = by_error
+    pull[:, 7] = -by_winding * fastest
+    jacobians[:, 0] = -driver_gain * driver_radius * pull
+    jacobians[:, 1] = driven_gain * c.driven_radius * pull
+    jacobians[:, 0, 0] += 1.0
+    jacobians[:, 1, 1] += 1.0
+    jacobians[:, 0, 3] += driver_gain
+    jacobians[:, 1, 4] += driven_gain
+    return moved, jacobians
 
 
-@compiled
 def _moved(
     c: DriveConstants, states: _Floats, covariances: _Floats, added: _Floats, dt: float
 ) -> tuple[_Floats, _Floats]:
     """Advance each particle's Gaussian by the law of motion, linearised at its mean."""
-    out = np.empty_like(states)
-    covariances_out = np.empty_like(covariances)
-    whole = np.eye(covariances.shape[1])
-    for k in range(states.shape[0]):
-        pull_step = 0.1 * np.sqrt(covariances[k, 2, 2]) + 1e-9
-        error_step = 0.1 * np.sqrt(covariances[k, 6, 6]) + 1e-9
-        out[k], whole[:3] = motion_jacobian(c, states[k], pull_step, error_step, dt)
-        covariances_out[k] = whole @ covariances[k] @ whole.T + added
-    return out, covariances_out
+    pull_steps, error_steps = 0.1 * np.sqrt(covariances[:, (2, 6), (2, 6)]).T + 1e-9
+    moved, jacobians = motion_jacobians(c, states, pull_steps, error_steps, dt)
+    crossed = jacobians @ covariances  # with what stays as it is
+    out = covariances.copy()
+    out[:, :3] = crossed
+    out[:, 3:, :3] = crossed[:, :, 3:].transpose(0, 2, 1)
+    out[:, :3, :3] = crossed @ jacobians.transpose(0, 2, 1)
+    return moved, out + added
 
 
 @compiled

@@ -15,7 +15,7 @@ from benchmarks.estimation.draws import JUDGED_AT, RATE, drawn_scenario
 from benchmarks.estimation.judged import QUANTITIES, Row, judge
 from benchmarks.estimation.kalman import Extended, Stock
 from benchmarks.estimation.model import SENSED
-from benchmarks.estimation.particle import _STRAIGHT, Particles, _effective, motion_jacobian
+from benchmarks.estimation.particle import _STRAIGHT, Particles, _effective, motion_jacobians
 from benchmarks.estimation.statistics import held, likeness, nominal_coverages, share_within
 from benchmarks.estimation.today import Today
 
@@ -161,9 +161,11 @@ def test_the_jacobian_of_a_particle_is_that_of_the_law_of_motion() -> None:
     particles = Particles(settings, 20, 0)
     for measurement, _ in islice(measured(settings, drawn_scenario(cell, settings, 0)), 300):
         particles.step(measurement)
-    state, covariance = particles._cloud.states[0], particles._cloud.covariances[0]
-    steps = 0.1 * np.sqrt(np.diag(covariance))
-    _, found = motion_jacobian(particles.model.constants, state, steps[2], steps[6], 1.0 / RATE)
+    states, covariances = particles._cloud.states, particles._cloud.covariances
+    state, steps = states[0], 0.1 * np.sqrt(np.diag(covariances[0]))
+    each = np.full((2, len(states)), steps[[2, 6]][:, None])
+    _, jacobians = motion_jacobians(particles.model.constants, states, *each, 1.0 / RATE)
+    found = jacobians[0]
     rows = np.tile(state, (16, 1))
     rows[np.arange(8), _STRAIGHT] += steps
     rows[8 + np.arange(8), _STRAIGHT] -= steps

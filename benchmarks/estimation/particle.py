@@ -49,7 +49,9 @@ def _propagate_groups(c: DriveConstants, groups: _Floats, dt: float) -> None:
 def motion_jacobians(
     c: DriveConstants, states: _Floats, pull_steps: _Floats, error_steps: _Floats, dt: float
 ) -> tuple[_Floats, _Floats]:
-    """Advance states (n, CARRIED); return them and Jacobians (n, 3, 8) of what moves by `_STRAIGHT`.
+    """Advance states (n, CARRIED); return them, and Jacobians (n, 3, 8) of what moves.
+
+    Jacobians are by the states `_STRAIGHT`.
 
     The new pull depends on speeds, torques, bias and undeveloped creep as on the wind-up that they
     amount to (`step_motion`), but for the belt's inertia and the speed of creep, to which speeds

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from drawing import spread
 from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -88,11 +89,6 @@ class Arc:
         """D = K |u'(0)| / w_in."""
         w_in = self.inlet_tension - self.lifted
         return abs(float(solution.inlet_strain_gradient)) * self.net / w_in
-
-
-def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    """Floats whose logarithm is spread over the range."""
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
 
 
 EITHER = st.sampled_from([1, -1])

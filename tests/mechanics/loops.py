@@ -1,10 +1,12 @@
 """Loops of any pulleys, drawn at random or made by hand, shared by the tests of loops."""
 
+import functools
 import math
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from drawing import spread
 from hypothesis import assume, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -23,10 +25,8 @@ from belt_ros.mechanics.loop_equilibrium import LoopEquilibrium, loop_margin, so
 
 REPEATABLE = settings(derandomize=True, deadline=None, max_examples=100)
 NAMES = "abcdef"
-
-
-def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
+PULLS = st.sampled_from([-1.0, -0.3, 0.0, 0.3, 1.0])
+LOADS = st.floats(0.01, 0.97) | st.floats(0.9, 0.97)  # shares of the capacity
 
 
 class Case(NamedTuple):
@@ -41,7 +41,8 @@ class Case(NamedTuple):
         return solve_loop(self.loop, self.torque, self.held, self.speed)
 
 
-def tensionings(names: list[str]) -> st.SearchStrategy[Any]:
+@functools.cache
+def tensionings(names: tuple[str, ...]) -> st.SearchStrategy[Any]:
     name = st.sampled_from(names)
     return st.one_of(
         st.builds(FixedCentres),
@@ -91,17 +92,16 @@ def cases(
         pulleys,
         driver.name,
         kinematics or draw(st.sampled_from(Kinematics)),
-        tensioning or draw(tensionings([p.name for p in pulleys])),
+        tensioning or draw(tensionings(tuple(p.name for p in pulleys))),
     )
     held = tension
     if isinstance(loop.tensioning, HubLoad):
         wrap = loop.pulleys[loop.index(loop.tensioning.on)].pulley.wrap_angle
         held = 2.0 * tension * math.sin(0.5 * wrap) * math.cos(loop.tensioning.angle)
-    pull = st.sampled_from([-1.0, -0.3, 0.0, 0.3, 1.0])
-    torque = np.array([draw(pull) * tension * p.pulley.radius for p in pulleys])
+    torque = np.array([draw(PULLS) * tension * p.pulley.radius for p in pulleys])
     torque[pulleys.index(driver)] = 0.0
     scale = scale_of(loop_margin(loop, torque, held, speed))
-    load = draw(st.one_of(st.floats(0.01, 0.97), st.floats(0.9, 0.97)))
+    load = draw(LOADS)
     return Case(loop, torque * min(scale * load, 3.0), held, speed)
 
 

@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from arcs import REPEATABLE, Arc, Floats, arcs, spread
+from arcs import REPEATABLE, Arc, Floats, arcs
+from drawing import spread
 from hypothesis import given
 from hypothesis import strategies as st
 

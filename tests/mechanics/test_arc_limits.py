@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from arcs import REPEATABLE, Arc, arcs, spread
+from arcs import REPEATABLE, Arc, arcs
+from drawing import spread
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing import spread
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -34,10 +35,6 @@ def stiffened(drive: BeltDrive, stretch: float) -> BeltDrive:
         return replace(one, friction_stiffness=stiffness)
 
     return replace(drive, driven=pulley(drive.driven), driver=pulley(drive.driver))
-
-
-def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
 
 
 @st.composite

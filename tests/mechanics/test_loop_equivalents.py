@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing import spread
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from layouts import serpentines
-from loops import NAMES, REPEATABLE, Case, cases, scale_of, solved, spread
+from loops import NAMES, REPEATABLE, Case, cases, scale_of, solved
 
 from belt_ros.mechanics import (
     Belt,

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from drawing import spread
 from hypothesis import given
 from hypothesis import strategies as st
-from vibrating_arcs import ARCS, REPEATABLE, Arc, arcs, every_arc, spread
+from vibrating_arcs import ARCS, REPEATABLE, Arc, arcs, every_arc
 
 from belt_ros.mechanics.arc import Role, solve_arc
 from belt_ros.mechanics.drive import Belt, BeltDrive, DriveError, Pulley, Tensioning

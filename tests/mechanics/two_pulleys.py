@@ -3,6 +3,7 @@
 import math
 from typing import Any
 
+from drawing import spread
 from hypothesis import settings
 from hypothesis import strategies as st
 
@@ -25,10 +26,6 @@ def paper_drive(stiffness: float, mass: float = 0.0, **changed: Any) -> BeltDriv
     """Table 1."""
     pulley = Pulley(0.08125, math.pi, 1.2, stiffness)
     return BeltDrive(Belt(80068.0, mass), pulley, pulley, **changed)
-
-
-def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
 
 
 @st.composite

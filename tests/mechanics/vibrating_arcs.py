@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from drawing import spread
 from hypothesis import settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -60,10 +61,6 @@ class Arc(NamedTuple):
             friction = self.role * self.friction_coefficient / self.radius
             return first + friction * self.net, zeroth - 1j * omega * friction * m * v
         return first, zeroth + self.friction_stiffness
-
-
-def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(math.log(low), math.log(high)).map(math.exp)
 
 
 _COMPLIANT = Arc(friction_stiffness=2e6)  # near its capacity, it slides and re-sticks

@@ -93,9 +93,12 @@ class UndevelopedCreep:
         )
         self.start(0.0)
 
-    def start(self, pull: float) -> None:
-        """Begin with the belt on the arcs as if it had come from rest, at `pull` [N]."""
-        self._developed_pull = 0.0
+    def start(self, pull: float, developed: float = 0.0) -> None:
+        """Begin at `pull` [N], the belt on the arcs as if it had come there at `developed` [N].
+
+        That is from rest, if nothing else is said.
+        """
+        self._developed_pull = developed
         self._recent_pull = pull
         self._pull = pull
 

@@ -86,7 +86,7 @@ def _check_constant(scenario: Scenario) -> None:
                 f"{which.name.lower()} changes between {min(profile.values):g} and "
                 f"{max(profile.values):g}; with finite elements the condition must be constant"
             )
-    for field in ("ratio_bias", "creep_error", "creep_error_stddev"):
+    for field in ("ratio_bias", "creep_error", "creep_error_stddev", "undeveloped_creep"):
         value = getattr(scenario.model_error, field)
         if value != 0.0:
             raise ScenarioError(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.assumptions import setting
+from belt_ros.estimation.state import slip_per_pull
 from belt_ros.mechanics import BeltDrive
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants, drive_constants
@@ -23,13 +24,13 @@ from belt_ros.mechanics.motion import (
     rim_speed,
     step_motion,
 )
-from belt_ros.rig.truth import Truth, read_truth
+from belt_ros.rig.model_error import CreepErrors, ModelError
+from belt_ros.rig.truth import Truth, read_truth, truth_row
 
 _Floats = NDArray[np.float64]
 _BRAKE_ROUNDING = 0.05  # [rad/s] below which a brake's torque fades out
 _LARGEST_START_LOAD = 0.95  # of the capacity
 _LARGEST_GAIN = 0.5  # of what would stop the bare driver within one step
-_CREEP_ERROR_BOUND = 0.8
 _SLOWEST = 1e-9  # [m/s] rim speed to which slip is referred at standstill
 
 
@@ -49,19 +50,6 @@ class Motor:
 
     bandwidth: float = setting(15.0, "natural frequency of the speed control", "rad/s", 0.1, 1e3)
     torque_limit: float = setting(1e3, "greatest torque of the motor", "N m", 1e-6, 1e9)
-
-
-@dataclass(frozen=True)
-class ModelError:
-    """In what the drive differs from the model, beside tension and friction."""
-
-    ratio_bias: float = setting(0.0, "relative error of R1/R2", "-", -0.1, 0.1)
-    creep_error: float = setting(0.0, "relative error of the creep, mean", "-", -0.5, 0.5)
-    creep_error_stddev: float = setting(0.0, "its wander about the mean", "-", 0.0, 0.2)
-    creep_error_time: float = setting(20.0, "correlation time of the wander", "s", 0.1, 1e6)
-    creep_error_pull: float = setting(
-        1e12, "change of the pull over which it becomes another", "N", 1.0, 1e15
-    )
 
 
 class Control(NamedTuple):
@@ -117,6 +105,7 @@ def _advance(
     commands: _Floats,
     ratio_bias: float,
     creep_error: float,
+    undeveloped: float,
     dt: float,
 ) -> PlantState:
     """Take one step of `dt` [s] for each row of commands."""
@@ -142,7 +131,7 @@ def _advance(
             commands[i, 4],
             ratio_bias,
             creep_error,
-            0.0,
+            undeveloped,
         )
         motion = step_motion(c, motion, condition, dt)
         v2, v1 = rim_speed(c, motion, condition)
@@ -190,18 +179,11 @@ class Plant:
         self._constants = drive_constants(drive)
         self._control = _control(self._constants, motor, dt, brakes=load_brakes)
         self._error = error
-        self._random = random
         self._dt = dt
         self._command = np.asarray(start, dtype=np.float64)
-        self._creep_error = self._bounded(
-            error.creep_error + error.creep_error_stddev * random.standard_normal()
-        )
+        self._creep = CreepErrors(error, self._constants, random)
         self.state = self._steady_state()
-        self._pull = self.state.motion.pull
-
-    @staticmethod
-    def _bounded(creep_error: float) -> float:
-        return min(max(creep_error, -_CREEP_ERROR_BOUND), _CREEP_ERROR_BOUND)
+        self._creep.start(self.state.motion.pull)
 
     def _condition(self, driver_torque: float, driven_torque: float) -> Condition:
         """Return the true condition under the present command."""
@@ -212,8 +194,8 @@ class Plant:
             float(self._command[Command.FRICTION_COEFFICIENT]),
             float(self._command[Command.FRICTION_STIFFNESS]),
             self._error.ratio_bias,
-            self._creep_error,
-            0.0,
+            self._creep.relative,
+            self._creep.beside,
         )
 
     def _steady_state(self) -> PlantState:
@@ -234,28 +216,26 @@ class Plant:
 
     def advance(self, commands: _Floats) -> None:
         """Take one step for each row of `commands` (n, 5), in the order of `Command`."""
-        error = self._error
-        pull = self.state.motion.pull
-        changed = abs(pull - self._pull) / error.creep_error_pull
-        self._pull = pull
-        memory = math.exp(-self._dt * commands.shape[0] / error.creep_error_time - changed)
-        self._creep_error = self._bounded(
-            error.creep_error
-            + memory * (self._creep_error - error.creep_error)
-            + math.sqrt(1.0 - memory * memory)
-            * error.creep_error_stddev
-            * self._random.standard_normal()
-        )
+        self._let_creep_wander(self._dt * commands.shape[0])
         self._command = commands[-1]
         self.state = _advance(
             self._constants,
             self._control,
             self.state,
             commands,
-            error.ratio_bias,
-            self._creep_error,
+            self._error.ratio_bias,
+            self._creep.relative,
+            self._creep.beside,
             self._dt,
         )
+
+    def _let_creep_wander(self, dt: float) -> None:
+        state, c, per_pull = self.state, self._constants, 0.0
+        if self._error.undeveloped_creep > 0.0:
+            condition = self._condition(state.driver_torque, state.driven_torque)
+            per_pull = slip_per_pull(c, truth_row(state.motion, condition))
+        speed = c.driver_radius * abs(state.motion.driver_speed)
+        self._creep.advance(state.motion.pull, per_pull, speed, dt)
 
     def truth(self, standstill_speed: float) -> Truth:
         """Return all quantities of the present state; see `read_truth`."""

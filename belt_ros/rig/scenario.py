@@ -33,7 +33,8 @@ from belt_ros.mechanics import torque_capacity
 from belt_ros.parameter_table import Parameter, SettingsError
 from belt_ros.rig.entries import QUANTITIES, Event, ScenarioError, read_event, read_fault, take
 from belt_ros.rig.faults import Fault
-from belt_ros.rig.plant import Command, ModelError, Motor
+from belt_ros.rig.model_error import ModelError
+from belt_ros.rig.plant import Command, Motor
 from belt_ros.rig.profile import Profile
 from belt_ros.rig.sensors import SensorErrors
 from belt_ros.settings import DriveSettings, read_parameters

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from belt_ros.estimation import BeltEstimate, Health, Knowledge, Phase, Quantity, Rejection
 from belt_ros.estimation.estimate import LostTraction, Reserve
@@ -56,6 +57,20 @@ class Truth:
         return self.margin < GROSS_SLIP_MARGIN
 
 
+def truth_row(motion: Motion, condition: Condition) -> NDArray[np.float64]:
+    """Return what is read of a plant as a state of the estimator (12,), in the order of `Index`."""
+    row = np.zeros(STATES)
+    row[Index.DRIVER_SPEED] = motion.driver_speed
+    row[Index.DRIVEN_SPEED] = motion.driven_speed
+    row[Index.PULL] = motion.pull
+    row[Index.LOG_TENSION] = math.log(condition.tension)
+    row[Index.LOG_STIFFNESS] = math.log(condition.stiffness)
+    row[Index.LOG_FRICTION] = math.log(condition.friction)
+    row[Index.RATIO_BIAS] = condition.ratio_bias
+    row[Index.CREEP_ERROR] = condition.creep_error
+    return row
+
+
 def read_truth(
     c: DriveConstants,
     motion: Motion,
@@ -75,15 +90,7 @@ def read_truth(
     standstill_speed : float
         Rim speed [m/s] below which the drive counts as standing and slip is taken at this speed.
     """
-    row = np.zeros((1, STATES))
-    row[0, Index.DRIVER_SPEED] = motion.driver_speed
-    row[0, Index.DRIVEN_SPEED] = motion.driven_speed
-    row[0, Index.PULL] = motion.pull
-    row[0, Index.LOG_TENSION] = math.log(condition.tension)
-    row[0, Index.LOG_STIFFNESS] = math.log(condition.stiffness)
-    row[0, Index.LOG_FRICTION] = math.log(condition.friction)
-    row[0, Index.RATIO_BIAS] = condition.ratio_bias
-    row[0, Index.CREEP_ERROR] = condition.creep_error
+    row = truth_row(motion, condition).reshape(1, STATES)
     values = read(c, row, standstill_speed)[0].tolist()
     slip, margin = values[Reading.SLIP], values[Reading.MARGIN]
     return Truth(

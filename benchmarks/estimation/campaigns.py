@@ -49,6 +49,7 @@ _INSTANTS = ", ".join(f"{instant:g}" for instant in JUDGED_AT)
 _A_RUN = (
     f"A run is {DURATION:g} s at {RATE:g} Hz of a drive drawn from the priors (ln T 0.3, ln kf "
     "0.7, ln mu 0.05, creep error 3 %, ratio bias 2e-4) that wanders as the drift parameters say, "
+    "its slip beside creep while that develops as far as is allowed for, "
     f"judged at {_INSTANTS} s, late in each of three levels of the load, by speeds and torques. "
     "The estimator's model is the rig's."
 )

@@ -102,6 +102,8 @@ def drawn_scenario(
 ) -> Scenario:
     """Return a run of a drive that is a draw from its priors, under a load drawn for the cell.
 
+    While creep develops, its slip is beside it as far as the estimator takes it to be.
+
     The levels of the load are shares of the capacity that the settings tell, the first of them that
     of the cell and the others less; a drive that would slip through before it is first judged is
     drawn again. Nothing is hidden from the estimator by that, since by then it has seen how the
@@ -123,6 +125,7 @@ def drawn_scenario(
             condition = drawn_condition(random, settings, DURATION)
     values: dict[str, object] = {
         "name": cell.name,
+        "condition.undeveloped_creep": 1.0,
         "duration": DURATION,
         "sample_rate": rate,
         "speed": [[0.0, 0.0], [_SPEED_UP, speed]],

@@ -10,6 +10,7 @@ import rclpy
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from belt_ros.joining import joining
 from belt_ros.program_arguments import ends_at_once
 
 _USAGE = """\
@@ -59,13 +60,15 @@ def main(args: Sequence[str] | None = None) -> int:
     code = ends_at_once("belt_node", args, _USAGE)
     if code is not None:
         return code
-    from belt_ros.node.belt_node import BeltNode  # noqa: PLC0415, so that --help is quick
-
     rclpy.init(
         args=None if args is None else list(args),
         signal_handler_options=SignalHandlerOptions.NO,
     )
-    node = BeltNode()
+    with joining():
+        # So that --help is quick, and others are found meanwhile.
+        from belt_ros.node.belt_node import BeltNode  # noqa: PLC0415
+
+        node = BeltNode()
     executor = make_executor()
     executor.add_node(node)
     # What is imported by now stays; looking through it for garbage would hold up input for 0.2 s.

@@ -7,6 +7,7 @@ from types import FrameType
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
+from belt_ros.joining import joining
 from belt_ros.parameter_table import SettingsError
 from belt_ros.program_arguments import ends_at_once
 from belt_ros.rig.node import RigNode
@@ -50,7 +51,8 @@ def main(args: list[str] | None = None) -> int:
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node: RigNode | None = None
     try:
-        node = RigNode()
+        with joining():
+            node = RigNode()
         node.play(stopped)
     except SettingsError as error:
         rclpy.logging.get_logger("belt_rig").fatal(str(error))

@@ -109,6 +109,7 @@ def test_sensors_say_the_truth_but_for_their_noise(samples) -> None:
         ({"events": [{"at": 0.2, "tension": 300.0}]}, "tension changes between 300 and 430"),
         ({"events": [{"at": 0.2, "friction_coefficient": 0.5}]}, "friction_coefficient changes"),
         ({"condition.creep_error": 0.02}, r"condition\.creep_error is 0\.02"),
+        ({"condition.undeveloped_creep": 1.0}, r"condition\.undeveloped_creep is 1"),
         ({"condition.ratio_bias": 1e-4}, r"condition\.ratio_bias is 0\.0001"),
     ],
 )

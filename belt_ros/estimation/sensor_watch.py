@@ -86,6 +86,21 @@ def slip_along_power(estimate: BeltEstimate, beyond: Quantity) -> Quantity:
     return Quantity(along * beyond.value, beyond.stddev)
 
 
+def _against_power(estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings) -> float:
+    """Probability that the belt slips against the power, farther off creep than may be tolerated.
+
+    Slip `beyond` creep that is against the power does not say so: a belt may creep less than is
+    foretold, while creep develops or where it was taken to be nearer to its knee than it is.
+    """
+    excess = slip_along_power(estimate, beyond)
+    if excess.value >= 0.0:
+        return 0.0
+    whole = Quantity(beyond.value + estimate.predicted_creep.value, beyond.stddev)
+    slip = slip_along_power(estimate, whole)
+    far = probability_below(excess, -settings.excess_slip_warning)
+    return min(far, probability_below(slip, 0.0))
+
+
 class SensorWatch:
     """Collects such signs, of one drive."""
 
@@ -133,10 +148,8 @@ class SensorWatch:
         self._count(estimate.stamp_ns, longest, refused=False)
         moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
         self._opposed = moving and _opposed(estimate)
-        slip = slip_along_power(estimate, beyond)
         contrary = Evidence.GONE
-        if moving and slip.value < 0.0:
-            against = probability_below(slip, -settings.excess_slip_warning)
+        if moving and (against := _against_power(estimate, beyond, settings)) > 0.0:
             contrary = judged(against, settings.confidence, settings.clear_confidence)
         dt = 0.0 if before is None else max(estimate.stamp_ns - before, 0) * _SECONDS
         self._contrary_for = 0.0 if contrary is Evidence.GONE else self._contrary_for + dt

@@ -1,7 +1,8 @@
 """In what a drive of the rig differs from the model, beside tension and friction.
 
 Both errors of its creep are drawn as the estimator takes them to be: one relative to creep, which
-becomes another with time and load, and one beside it, while creep develops on the arcs.
+becomes another with time and load, and one beside it, while creep develops on the arcs. But no draw
+lets a belt slip against the power, which the estimator takes for a sensor's fault.
 """
 
 import math
@@ -87,6 +88,9 @@ class CreepErrors:
             renewed, deviation, _ = self._developing.advance(pull, slip_per_pull, speed, dt)
             gained = math.sqrt(renewed * (2.0 - renewed)) * error.undeveloped_creep * deviation
             beside = (1.0 - renewed) * self.beside + self._drawn(gained)
+            # In all, no belt slips against the power.
+            least = -slip_per_pull * pull * (1.0 + self.relative)
+            beside = max(beside, least) if pull >= 0.0 else min(beside, least)
             self.beside = _bounded(beside, _BOUND_BESIDE)
 
     def _drawn(self, stddev: float) -> float:

@@ -49,13 +49,17 @@ class Life(NamedTuple):
 
 
 def life_scenario(script: Script, settings: DriveSettings, seed: int) -> Scenario:
-    """Return a script played on a drive that is a draw from its priors."""
+    """Return a script played on a drive that is a draw from its priors.
+
+    While creep develops, its slip is beside it as far as the estimator takes it to be.
+    """
     cell = script.cell(seed)
     random = np.random.default_rng([cell.seed, seed])
     condition = drawn_condition(random, settings, DURATION)
     speed = BELTS[cell.belt].speed
     values: dict[str, object] = {
         "name": script.name,
+        "condition.undeveloped_creep": 1.0,
         "duration": DURATION,
         "sample_rate": RATE,
         "speed": [[at, share * speed] for at, share in script.speed],

@@ -71,6 +71,24 @@ def test_creep_of_a_belt_that_stands_does_not_develop(constants: DriveConstants)
     assert creep.beside == left
 
 
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_belt_is_never_drawn_to_slip_against_the_power(
+    constants: DriveConstants, direction: float
+) -> None:
+    random, least = np.random.default_rng(3), math.inf
+    unloaded = 0.2 * PULL * direction
+    for _ in range(DRAWS // 10):
+        creep = CreepErrors(
+            ModelError(undeveloped_creep=1.0, creep_error_stddev=0.1), constants, random
+        )
+        creep.start(PULL * direction)
+        for _ in range(12):
+            creep.advance(unloaded, PER_PULL, RIM, DT)
+            slip = PER_PULL * unloaded * (1.0 + creep.relative) + creep.beside
+            least = min(least, slip * direction)
+    assert least == pytest.approx(0.0, abs=1e-12)
+
+
 def excess(samples: list[RigSample], begin: float, end: float) -> np.ndarray:
     return np.array(
         [s.truth.excess_slip for s in samples if begin < s.stamp_ns * 1e-9 <= end],

@@ -24,7 +24,6 @@ from belt_ros.estimation.unscented import (
     mean_and_deviation,
     sigma_points,
     take_in_place,
-    upper_root,
 )
 from belt_ros.estimation.written import write, write_matrix
 from belt_ros.mechanics._compile import compiled
@@ -96,43 +95,6 @@ def update_members(
     for k in range(x.shape[0]):
         take_in_place(x_out[k], p_out[k], z, variance, seen, scratch)
     return x_out, p_out
-
-
-@compiled
-def innovations_squared(
-    x: _Floats,
-    covariance: _Floats,
-    weights: _Floats,
-    z: _Floats,
-    variance: _Floats,
-    seen: _Places,
-) -> tuple[_Floats, _Floats]:
-    """Each member's innovation squared, normalised by the covariance of the sum.
-
-    Members are compared by what they predict. How uncertain each is of loads and noise says
-    nothing of the belt, and where that is misjudged, it would favour the most certain for ever.
-    """
-    count = z.size
-    spread, surprises = np.zeros((count, count)), np.zeros(count)
-    for i in range(count):
-        spread[i, i] = variance[i]
-        for j in range(count):
-            for k in range(weights.size):
-                spread[i, j] += weights[k] * covariance[k, seen[i], seen[j]]
-        for k in range(weights.size):
-            surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
-        surprises[i] = surprises[i] ** 2 / spread[i, i]
-    root = upper_root(spread)
-    squared = np.zeros(weights.size)
-    whitened = np.empty(count)
-    for k in range(weights.size):
-        for i in range(count):
-            rest = z[i] - x[k, seen[i]]
-            for j in range(i):
-                rest -= root[j, i] * whitened[j]
-            whitened[i] = rest / root[i, i]
-            squared[k] += whitened[i] ** 2
-    return squared, surprises
 
 
 @compiled

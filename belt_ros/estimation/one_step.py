@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from belt_ros.estimation.bank_loops import innovations_squared, predict_members, update_members
+from belt_ros.estimation.bank_loops import predict_members, update_members
+from belt_ros.estimation.comparison import innovations_squared
 from belt_ros.estimation.foretold_slip import lead_innovation
 from belt_ros.estimation.gaussian_sum import mixture_moments, normalised
 from belt_ros.estimation.load import Activity

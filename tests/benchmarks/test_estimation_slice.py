@@ -50,6 +50,16 @@ def test_intervals_hold_as_often_as_true_ones_could(judged: list[Row]) -> None:
     assert refuted(judged) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("compliant kf 8.1e+07 load 85% fine", 6), ("conveyor kf 2.8e+07 load 85% fine", 3)],
+)
+def test_a_belt_that_is_loaded_fast_is_not_locked_at_its_verge(name: str, seed: int) -> None:
+    (cell,) = (cell for cell in all_cells() if cell.name == name)
+    rows = grid.run_cell(cell, seed, of_true_capacity=True)
+    assert np.max(np.abs(scores(rows, ("tight_tension", "margin")))) < 4.0
+
+
 def test_intervals_a_third_as_wide_would_not_pass(judged: list[Row]) -> None:
     narrow = [with_deviations(row, 1.0 / 3.0) for row in judged]
     found = refuted(narrow)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation.bank import UnscentedBank
-from belt_ros.estimation.bank_loops import innovations_squared
+from belt_ros.estimation.comparison import innovations_squared
 from belt_ros.estimation.foretold_slip import lead_innovation
 from belt_ros.estimation.gaussian_sum import mixture_moments, normalised
 from belt_ros.estimation.load import Activity

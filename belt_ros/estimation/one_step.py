@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from belt_ros.estimation.bank_loops import predict_members, update_members
-from belt_ros.estimation.comparison import innovations_squared
 from belt_ros.estimation.foretold_slip import lead_innovation
 from belt_ros.estimation.gaussian_sum import mixture_moments, normalised
 from belt_ros.estimation.load import Activity
 from belt_ros.estimation.process import CreepChange, Wander, drift_processes
 from belt_ros.estimation.torque_told import torques_among
+from belt_ros.estimation.weighing import innovations_squared
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 

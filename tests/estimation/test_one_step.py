@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from belt_ros.estimation.bank import UnscentedBank
-from belt_ros.estimation.comparison import innovations_squared
 from belt_ros.estimation.foretold_slip import lead_innovation
 from belt_ros.estimation.gaussian_sum import mixture_moments, normalised
 from belt_ros.estimation.load import Activity
@@ -14,6 +13,7 @@ from belt_ros.estimation.one_step import Foretold, take_in_and_weigh
 from belt_ros.estimation.process import Wander, drift_processes, drift_wander, prior_state
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.estimation.torque_told import torques_among
+from belt_ros.estimation.weighing import innovations_squared
 from belt_ros.mechanics.constants import DriveConstants, drive_constants
 from belt_ros.settings import DriveSettings
 

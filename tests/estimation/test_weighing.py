@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from belt_ros.estimation.comparison import innovations_squared
 from belt_ros.estimation.state import STATES, Index
+from belt_ros.estimation.weighing import innovations_squared
 
 SPEEDS = [Index.DRIVER_SPEED, Index.DRIVEN_SPEED]
 TORQUES = [Index.DRIVER_TORQUE, Index.DRIVEN_TORQUE]

@@ -119,13 +119,13 @@ def innovations_squared(
     members, count = weights.size, z.size
     spread, own = np.zeros((count, count)), np.empty((count, count))
     surprises = np.zeros(count)
-    for k in range(members):
-        _of_readings(covariance[k], variance, seen, own)
-        for i in range(count):
-            surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
-            for j in range(count):
-                spread[i, j] += weights[k] * own[i, j]
     for i in range(count):
+        spread[i, i] = variance[i]
+        for j in range(count):
+            for k in range(members):
+                spread[i, j] += weights[k] * covariance[k, seen[i], seen[j]]
+        for k in range(members):
+            surprises[i] += weights[k] * (z[i] - x[k, seen[i]])
         surprises[i] = surprises[i] ** 2 / spread[i, i]
     root = upper_root(spread)
     torques = _torques(seen)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from belt_ros.estimation.process import Process
 from belt_ros.estimation.state import STATES, Index, propagate_each
 from belt_ros.estimation.unscented import sigma_points
+from belt_ros.estimation.weighing import innovations_squared
 from belt_ros.mechanics._compile import compiled
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.settings import DriveSettings
@@ -24,7 +25,7 @@ _Floats = NDArray[np.float64]
 _Places = NDArray[np.int64]
 _BENT = np.array([Index.LOG_TENSION, Index.LOG_STIFFNESS, Index.LOG_FRICTION], dtype=np.int64)
 _STRAIGHT = np.array([i for i in range(CARRIED) if i not in _BENT], dtype=np.int64)
-_SENSED = np.searchsorted(_STRAIGHT, SENSED)
+_SENSED = np.searchsorted(_STRAIGHT, SENSED)  # equal to SENSED: none before them is bent
 _FEWEST = 0.5  # effective share of particles below which they are drawn anew
 _BEARABLE = 0.3  # effective share below which a reading is taken in little by little ...
 _LEAST_SHARE = 1e-4  # ... and no less than which
@@ -224,26 +225,25 @@ class Particles(ModelFilter[Cloud]):
         return z - weights @ self._cloud.states[:, SENSED], covariance + np.diag(variance)
 
     def _update(self, z: _Floats, variance: _Floats) -> None:
-        # As in the estimator: the load's noise is a guess, by which particles must not be weighed.
-        spread = self._cloud.covariances[:, _SENSED[:, None], _SENSED]
-        expected = np.tensordot(self._weights(), spread, 1) + np.diag(variance)
         left = 1.0
         while left > 0.0:
-            left -= self._weigh(z, expected, left)
+            left -= self._weigh(z, variance, left)
         log_weights, states, covariances = self._cloud
         self._cloud = Cloud(
             log_weights, *_taken_in(states, covariances, _STRAIGHT, z, variance, _SENSED)
         )
 
-    def _weigh(self, z: _Floats, expected: _Floats, left: float) -> float:
+    def _weigh(self, z: _Floats, variance: _Floats, left: float) -> float:
         """Weigh particles by as much of a likelihood as they bear, `left` at most; return it.
 
         A reading that few particles explain is taken in little by little, with new ones drawn in
         between; all at once would leave copies of those few.
         """
         log_weights, states, covariances = self._cloud
-        innovations = z - states[:, SENSED]
-        squared = np.sum(innovations.T * np.linalg.solve(expected, innovations.T), axis=0)
+        # As the estimator's members: the load's noise is a guess, by which none must be favoured.
+        squared, _ = innovations_squared(
+            states[:, _STRAIGHT], covariances, self._weights(), z, variance, _SENSED
+        )
         share = left
         while share > _LEAST_SHARE and _effective(log_weights - 0.5 * share * squared) < _BEARABLE:
             share *= 0.5

@@ -182,8 +182,9 @@ def test_a_reading_that_few_particles_explain_is_taken_in_by_parts() -> None:
     )
     for measurement, _ in islice(samples, 20):
         particles.step(measurement)
-    far = particles._cloud.states[0, SENSED]
-    dull, sharp = np.diag([1e6] * 4), np.diag([1e-12] * 4)
+    speeds = particles._cloud.states[:, SENSED]
+    far = np.mean(speeds, axis=0) + 1000.0 * np.std(speeds, axis=0) * (1.0, -1.0, 0.0, 0.0)
+    dull, sharp = np.full(4, 1e6), np.full(4, 1e-12)
     assert particles._weigh(far, dull, 1.0) == 1.0
     assert particles._weigh(far, sharp, 1.0) < 0.1
     assert _effective(particles._cloud.log_weights) > 0.25

@@ -45,6 +45,13 @@ def test_the_grid_has_a_line_a_cell_and_two_pictures() -> None:
     }
 
 
+def test_pictures_of_campaigns_are_shown_on_the_page() -> None:
+    text = page.PAGE.read_text(encoding="utf-8")
+    pictures = sorted(path.name for path in page.IMAGES.glob("estimation_*.png"))
+    assert len(pictures) >= 3
+    assert [name for name in pictures if f"](images/{name})" not in text] == []
+
+
 def cost(method: str, part: str, own: float, seed: int = 0) -> Cost:
     return Cost(method, f"paper, {part}", seed, "code", own, own, 100.0, 1)
 

@@ -27,8 +27,9 @@ from belt_ros.mechanics._compile import compiled
 
 _Floats = NDArray[np.float64]
 _Pair = tuple[float, float]  # of driver and driven pulley
-# Of each signal (3,) by each pace: means, variances, weights; and the time since its last reading.
-Tracks = tuple[_Floats, _Floats, _Floats, _Floats]
+# Of each signal (3,) by each pace: means, variances, weights; the time since its last reading; and
+# onsets (2, 3): for how long before that reading it may have been moving, and the pace that told.
+Tracks = tuple[_Floats, _Floats, _Floats, _Floats, _Floats]
 _PACES = np.array([1.0, 0.3, 0.1, 0.01, 0.001])  # of the greatest wander
 _PRIOR = np.array([0.02, 0.02, 0.08, 0.28, 0.6])
 _ENDING = np.array([2.0, 2.0, 1.0, 0.2, 0.1])  # of each pace [1/s]
@@ -37,6 +38,7 @@ _TELLING = 0.03  # pace above which slip moves ...
 _LIVELY = 0.3  # ... and that of a torque above which the load is what moves it
 _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
+_UNSEEN = 16.0  # variances of a reading, that a walk may lead to before it shows
 _FORGOTTEN = 0.5  # [s] without a reading
 _UNHEARD = 0.06  # [s] without a slip, after which the load may have begun to move unseen
 
@@ -49,6 +51,7 @@ class Activity(NamedTuple):
 
     taken: _Pair  # by all that tells ...
     shown: _Pair  # ... and by the torque's own sensor, or the other's where it has none
+    unseen: _Pair = (math.inf, math.inf)  # how long before this step it may have begun so [s]
 
     @property
     def most(self) -> float:
@@ -57,11 +60,13 @@ class Activity(NamedTuple):
 
     def at_least(self, other: "Activity") -> "Activity":
         """Return it raised to another, though not to a jump."""
-        return Activity(_raised(self.taken, other.taken), _raised(self.shown, other.shown))
+        return Activity(
+            _raised(self.taken, other.taken), _raised(self.shown, other.shown), self.unseen
+        )
 
     def jumping(self) -> "Activity":
         """Return that of a load which has jumped, whatever its sensors show."""
-        return Activity(_raised(self.taken, (1.0, 1.0)), self.shown)
+        return self._replace(taken=_raised(self.taken, (1.0, 1.0)))
 
 
 def _raised(own: _Pair, other: _Pair) -> _Pair:
@@ -146,6 +151,20 @@ def _followed(
 
 
 @compiled
+def _set_in(onset: _Floats, pace: float, to_show: float, since: float) -> None:
+    """Date the onset of a movement of this pace, which takes time `to_show`, by a reading.
+
+    It may have begun at any time since the reading before. That it is calmer now says nothing of
+    the time before it was liveliest.
+    """
+    hidden, held = to_show + since, onset[0] + since
+    if pace >= onset[1] or hidden < held:
+        onset[0], onset[1] = hidden, pace
+    else:
+        onset[0] = held
+
+
+@compiled
 def follow_paces(
     tracks: Tracks,
     signals: _Floats,
@@ -154,16 +173,16 @@ def follow_paces(
     anyway: _Floats,
     slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
-) -> tuple[_Pair, _Pair, bool]:
+) -> tuple[_Pair, _Pair, _Pair, bool]:
     """Follow paces, see `LoadWander.follow`; `tracks` are changed.
 
     Returns
     -------
     tuple
-        `Activity.taken`, `Activity.shown`, and whether slip tells from here on.
+        `Activity.taken`, `Activity.shown`, `Activity.unseen`, and whether slip tells from here on.
     """
-    mean, variance, weight, since = tracks
-    pace = np.empty(signals.size)
+    mean, variance, weight, since, onset = tracks
+    pace, unseen = np.empty(signals.size), np.full(signals.size, math.inf)
     for i in range(signals.size):
         z = signals[i]
         since[i] += dt
@@ -171,10 +190,11 @@ def follow_paces(
             if since[i] > _FORGOTTEN:
                 mean[i] = math.nan
             pace[i] = math.nan if math.isnan(mean[i, 0]) else _pace(weight[i])
-            continue
-        if math.isnan(mean[i, 0]):
+        elif math.isnan(mean[i, 0]):
             _began(mean[i], variance[i], weight[i], z, noise[i])
             pace[i] = 1.0
+            onset[0, i], onset[1, i] = math.inf, pace[i]
+            since[i] = 0.0
         else:
             pace[i] = _followed(
                 mean[i],
@@ -187,13 +207,15 @@ def follow_paces(
                 since[i],
                 dt,
             )
-        since[i] = 0.0
+            to_show = _UNSEEN * noise[i] / (pace[i] * fastest[i]) ** 2
+            _set_in(onset[:, i], pace[i], to_show, since[i])
+            since[i] = 0.0
+        unseen[i] = onset[0, i] + since[i] - dt
+    for i, other in ((0, 1), (1, 0)):
+        if math.isnan(pace[i]):
+            pace[i], unseen[i] = pace[other], unseen[other]
     if math.isnan(pace[0]):
-        pace[0] = pace[1]
-    if math.isnan(pace[1]):
-        pace[1] = pace[0]
-    if math.isnan(pace[0]):
-        return (1.0, 1.0), (1.0, 1.0), slip_tells
+        return (1.0, 1.0), (1.0, 1.0), (math.inf, math.inf), slip_tells
     shown = pace[0], pace[1]
     slip = 0.0 if math.isnan(pace[2]) else min(pace[2], 1.0)
     slip_tells = (slip_tells or max(shown[0], shown[1]) > _LIVELY) and slip > _TELLING
@@ -201,7 +223,8 @@ def follow_paces(
     # Without a speed, nothing would tell that it moves but the torques themselves.
     if math.isnan(pace[2]) or since[2] > _UNHEARD:
         moved = max(moved, _WITHOUT_SPEED)
-    return (max(shown[0], moved), max(shown[1], moved)), shown, slip_tells
+    taken = max(shown[0], moved), max(shown[1], moved)
+    return taken, shown, (unseen[0], unseen[1]), slip_tells
 
 
 class LoadWander:
@@ -217,14 +240,16 @@ class LoadWander:
 
     def __init__(self) -> None:
         means = np.full((3, _PACES.size), math.nan)
-        self.tracks: Tracks = means, np.zeros_like(means), np.zeros_like(means), np.zeros(3)
+        variances, weights, since = np.zeros_like(means), np.zeros_like(means), np.zeros(3)
+        self.tracks: Tracks = means, variances, weights, since, np.zeros((2, 3))
         self.slip_tells = False
 
     def start(self) -> None:
         """Forget all signals, as before the first reading."""
-        means, _, _, since = self.tracks
+        means, _, _, since, onset = self.tracks
         means[:] = math.nan
         since[:] = 0.0
+        onset[0] = math.inf
         self.slip_tells = False
 
     def follow(
@@ -260,7 +285,7 @@ class LoadWander:
             During the step. A torque that has had no reading for half a second is taken to wander
             like the other; neither, at the greatest.
         """
-        taken, shown, self.slip_tells = follow_paces(
+        taken, shown, unseen, self.slip_tells = follow_paces(
             self.tracks, signals, noise, fastest, anyway, self.slip_tells or unforeseen, dt
         )
-        return Activity(taken, shown)
+        return Activity(taken, shown, unseen)

@@ -51,7 +51,7 @@ def _follow(
     wander: tuple[float, float],
     slip_tells: bool,  # noqa: FBT001 - compiled functions take no keywords
     dt: float,
-) -> tuple[float, _Pair, _Pair, bool]:
+) -> tuple[float, _Pair, _Pair, _Pair, bool]:
     """Return slip per pull, and what `load.follow_paces` does.
 
     `wander` is that of the load and that of creep at a steady load.
@@ -68,8 +68,10 @@ def _follow(
         fastest[torque] = load * (c.driver_radius if torque == 0 else c.driven_radius)
     signals[2], noise[2] = ahead, variance
     fastest[2], anyway[2] = rim * per_pull * load, creep * abs(ahead)
-    taken, shown, still = follow_paces(tracks, signals, noise, fastest, anyway, slip_tells, dt)
-    return per_pull, taken, shown, still
+    taken, shown, unseen, still = follow_paces(
+        tracks, signals, noise, fastest, anyway, slip_tells, dt
+    )
+    return per_pull, taken, shown, unseen, still
 
 
 class LoadFollowing:
@@ -107,7 +109,7 @@ class LoadFollowing:
             Of the load, see `LoadWander.follow`.
         """
         paces = self._wander
-        self.slip_per_pull, taken, shown, paces.slip_tells = _follow(
+        self.slip_per_pull, taken, shown, unseen, paces.slip_tells = _follow(
             self._constants,
             paces.tracks,
             sensed.values,
@@ -118,4 +120,4 @@ class LoadFollowing:
             paces.slip_tells or unforeseen,
             dt,
         )
-        return Activity(taken, shown)
+        return Activity(taken, shown, unseen)

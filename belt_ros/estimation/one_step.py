@@ -64,7 +64,7 @@ def step_members(
     tuple
         Means, covariances, and of `Foretold` all but the crosses.
     """
-    c, activity = DriveConstants(*constants), Activity(taken, shown)
+    c, activity = DriveConstants(*constants), Activity(taken, shown, (0.0, 0.0))
     processes = drift_processes(Wander(*wander), c, activity, undeveloped, dt, change)
     torques = torques_among(z, variance, places)
     x, covariance = predict_members(

@@ -13,6 +13,7 @@ from belt_ros.estimation.smoother import Members, Moved
 _WINDOW = 20  # steps
 _RISEN = 5.0  # of the load's activity, at which a step is repeated
 _LIVELIEST = math.inf, math.inf
+_SECONDS = 1e-9  # of a nanosecond
 
 
 class Step(NamedTuple):
@@ -89,19 +90,25 @@ class RecentSteps:
         else:
             self.recorder.switch(members, came_from)
 
-    def taken_too_calm(self, activity: tuple[float, float]) -> list[Step]:
-        """Take out the last steps, from the first that was taken for much calmer than this.
+    def taken_too_calm(self, activity: Activity) -> list[Step]:
+        """Take out the last steps, from the first that was taken for much calmer than torques show.
 
-        A jump is no livelier than the liveliest walk.
+        Only those in which the load can have been like this unseen: what the steps before have
+        told, while it rested, stands. Slip that moves by itself takes none: it may as well be
+        traction that is being lost. A jump is no livelier than the liveliest walk.
         """
-        driver, driven = (min(taken, 1.0) / _RISEN for taken in activity)
-        if driver <= self._calmest[0] and driven <= self._calmest[1]:
+        driver, driven = (min(shown, 1.0) / _RISEN for shown in activity.shown)
+        if not self._steps or (driver <= self._calmest[0] and driven <= self._calmest[1]):
             return []
+        last = self._steps[-1].stamp_ns
+        driver_since, driven_since = (last - unseen / _SECONDS for unseen in activity.unseen)
         self._calmest = _LIVELIEST
         first = len(self._steps)
         for at, step in enumerate(self._steps):
             taken = step.activity.taken
-            if driver > taken[0] or driven > taken[1]:
+            if (driver > taken[0] and step.stamp_ns >= driver_since) or (
+                driven > taken[1] and step.stamp_ns >= driven_since
+            ):
                 first = at
                 break
             self._calmest = _calmer(self._calmest, taken)

@@ -120,7 +120,7 @@ class Stepping:
 
         That a load has begun to move shows some steps later; until then, the belt is blamed.
         """
-        again = self._recent.taken_too_calm(activity.taken)
+        again = self._recent.taken_too_calm(activity)
         if not again:
             return
         self._population.go_back(again[0].before)

@@ -33,10 +33,10 @@ class Bench:
         z[list(missing)] = math.nan
         fastest = np.array([FASTEST, FASTEST, SLIP_FASTEST])
         noise = self.noise**2
-        activity = self.wander.follow(
+        self.activity = self.wander.follow(
             z, noise, fastest, np.zeros(3), self.dt, unforeseen=unforeseen
         )
-        return np.array(activity.taken)
+        return np.array(self.activity.taken)
 
     def hold(self, torque: float, seconds: float, missing: tuple[int, ...] = ()):
         """Activities (n, 2) over some time of constant torque."""
@@ -99,6 +99,54 @@ def test_a_step_of_one_torque_leaves_the_other_quiet() -> None:
     ).taken
     assert driver > 1.0
     assert driven < QUIET
+
+
+def test_a_ramp_may_have_led_to_four_deviations_of_the_noise_unseen() -> None:
+    for seed in SEEDS:
+        bench = Bench(seed)
+        bench.hold(20.0, 2.0)
+        steps = 0
+        while (pace := bench.take(20.0 + 15.0 * steps * DT)[0]) < 0.1:
+            steps += 1
+        assert pace * FASTEST * math.sqrt(bench.activity.unseen[0]) == pytest.approx(4.0 * NOISE)
+
+
+def test_what_a_step_leaves_behind_dates_its_onset_no_earlier() -> None:
+    """While it calms down it passes through every pace, which might have been unseen for longer."""
+    for seed in SEEDS:
+        bench = Bench(seed)
+        bench.hold(20.0, 2.0)
+        for k in range(20):
+            bench.take(50.0)
+            assert max(bench.activity.unseen) < (k + 1.5) * DT
+
+
+def test_between_two_readings_a_load_may_have_set_in_at_any_time() -> None:
+    bench = Bench(4)
+    bench.hold(20.0, 2.0)
+    for _ in range(6):
+        bench.take(50.0, missing=(0, 1))
+    bench.take(50.0)
+    assert max(bench.activity.taken) > 1.0
+    np.testing.assert_allclose(bench.activity.unseen, 6.0 * DT, atol=0.5 * DT)
+
+
+def test_a_load_that_has_begun_goes_on_while_no_torque_is_read() -> None:
+    bench = Bench(5)
+    bench.hold(20.0, 2.0)
+    bench.take(50.0)
+    at_once = np.array(bench.activity.unseen)
+    for k in range(1, 6):
+        bench.take(50.0, missing=(0, 1))
+        np.testing.assert_allclose(bench.activity.unseen, at_once + k * DT)
+
+
+def test_nobody_knows_when_a_load_began_that_nothing_tells_of() -> None:
+    bench = Bench(6)
+    bench.take(20.0, missing=(0, 1))
+    assert bench.activity.unseen == (math.inf, math.inf)
+    bench.hold(20.0, 2.0, missing=(1,))
+    assert bench.activity.unseen[1] == bench.activity.unseen[0]
 
 
 @pytest.mark.parametrize("missing", [0, 1])
@@ -248,7 +296,9 @@ def test_nan_never_comes_out_whatever_is_read(rows, noise: float, fastest: float
             dt,
             unforeseen=unforeseen,
         )
-        for of_both in active:
+        assert len(active.unseen) == 2
+        assert min(active.unseen) >= 0.0
+        for of_both in (active.taken, active.shown):
             assert len(of_both) == 2
             assert np.all(np.isfinite(of_both))
             assert min(of_both) >= 0.0

@@ -147,11 +147,11 @@ def test_with_a_hub_load_a_loss_of_friction_is_not_blamed_on_the_tension(
 def test_with_a_hub_load_oil_on_the_pulley_is_called_a_loss_of_friction(
     settings: DriveSettings,
 ) -> None:
-    names = []
-    for seed in range(3):
+    """Also where slip has just been taken for a load that moves, while both torques rest."""
+    for seed in (0, 1, 2, 18, 33, 37, 53, 71):
         estimate = lost(settings, seed, 30.0, friction_coefficient=0.45).outputs[-1].estimate
-        names.append(named_loss(estimate.lost_traction))
-    assert names == [Loss.FRICTION] * 3
+        assert named_loss(estimate.lost_traction) is Loss.FRICTION
+        assert within(estimate.friction_coefficient, 0.45, 4.0)
 
 
 def test_with_a_hub_load_a_loss_of_tension_is_surely_one_of_tension(

@@ -41,6 +41,11 @@ def step(stamp_ns: int, activity: tuple[float, float]) -> Step:
     )
 
 
+def moving(driver: float, driven: float, unseen: float = math.inf) -> Activity:
+    """Activity of both torques that may have been so for `unseen` [s] before it showed."""
+    return Activity((driver, driven), (driver, driven), (unseen, unseen))
+
+
 def stamps(steps: list[Step]) -> list[int]:
     return [kept.stamp_ns for kept in steps]
 
@@ -69,17 +74,17 @@ def recent(activities: list[tuple[float, float]], heard: Heard | None = None) ->
 def test_steps_are_taken_out_from_the_first_that_was_much_calmer() -> None:
     activities = [(0.9, 0.9), (0.001, 0.5), (0.8, 0.8), (0.001, 0.001)]
     kept = recent(activities)
-    assert stamps(kept.taken_too_calm((0.1, 0.1))) == [1, 2, 3]
-    assert stamps(kept.taken_too_calm((0.1, 0.1))) == []
+    assert stamps(kept.taken_too_calm(moving(0.1, 0.1))) == [1, 2, 3]
+    assert stamps(kept.taken_too_calm(moving(0.1, 0.1))) == []
 
 
 def test_either_torque_makes_a_step_too_calm() -> None:
-    for moving in ((0.1, 0.001), (0.001, 0.1)):
-        assert stamps(recent([(0.01, 0.01)]).taken_too_calm(moving)) == [0]
+    for paces in ((0.1, 0.001), (0.001, 0.1)):
+        assert stamps(recent([(0.01, 0.01)]).taken_too_calm(moving(*paces))) == [0]
 
 
 def test_steps_that_were_about_as_lively_stay() -> None:
-    assert recent([(0.03, 0.03)] * 5).taken_too_calm((0.1, 0.1)) == []
+    assert recent([(0.03, 0.03)] * 5).taken_too_calm(moving(0.1, 0.1)) == []
 
 
 @given(st.lists(st.tuples(st.tuples(PACE, PACE), st.booleans()), max_size=60))
@@ -92,15 +97,34 @@ def test_what_is_taken_out_is_what_a_look_at_every_step_finds(rows) -> None:
             enough = [min(pace, 1.0) / 5.0 for pace in activity]
             calm = [k for k, (_, a) in enumerate(all_kept) if np.any(np.less(a, enough))]
             first = calm[0] if calm else len(all_kept)
-            found = stamps(kept.taken_too_calm(activity))
+            found = stamps(kept.taken_too_calm(moving(*activity)))
             assert found == [stamp for stamp, _ in all_kept[first:]]
             all_kept = all_kept[:first]
+
+
+def test_only_steps_are_taken_out_in_which_the_load_can_have_moved_unseen() -> None:
+    kept = recent([(0.001, 0.001)] * 10)
+    assert stamps(kept.taken_too_calm(moving(1.0, 1.0, 3e-9))) == [6, 7, 8, 9]
+    assert stamps(kept.taken_too_calm(moving(1.0, 1.0))) == [0, 1, 2, 3, 4, 5]
+    at_once = recent([(0.001, 0.001)] * 10)
+    assert stamps(at_once.taken_too_calm(moving(1.0, 1.0, 0.0))) == [9]
+
+
+def test_a_torque_that_may_have_moved_unseen_takes_its_steps_whatever_the_other_shows() -> None:
+    kept = recent([(0.001, 0.001)] * 5)
+    activity = Activity((1.0, 1.0), (1.0, 1.0), (0.0, 2e-9))
+    assert stamps(kept.taken_too_calm(activity)) == [2, 3, 4]
+
+
+def test_slip_that_moves_while_torques_rest_takes_no_step_out() -> None:
+    kept = recent([(0.001, 0.001)] * 5)
+    assert kept.taken_too_calm(Activity((1.0, 1.0), (0.001, 0.001))) == []
 
 
 def test_no_step_is_repeated_once_it_is_too_old() -> None:
     heard = Heard()
     kept = recent([(0.001, 0.001)] * 50, heard)
-    again = stamps(kept.taken_too_calm((1.0, 1.0)))
+    again = stamps(kept.taken_too_calm(moving(1.0, 1.0)))
     assert again == list(range(30, 50))
     assert heard.log == [("step", stamp) for stamp in range(30)]
 
@@ -109,7 +133,7 @@ def test_a_recorder_hears_of_each_step_once_and_of_no_change_that_was_taken_back
     heard = Heard()
     kept = recent([(0.9, 0.9), (0.001, 0.001)], heard)
     kept.switch([None] * 7, [False] * 7)
-    for again in kept.taken_too_calm((1.0, 1.0)):
+    for again in kept.taken_too_calm(moving(1.0, 1.0)):
         kept.append(again)
     kept.settle()
     assert heard.log == [("step", 0), ("step", 1)]
@@ -238,7 +262,7 @@ def test_a_steady_load_leaves_nothing_to_rewind(settings: DriveSettings) -> None
     steps_again = []
     taken = rewinding.filter._recent.taken_too_calm
 
-    def counted(activity: np.ndarray) -> list[Step]:
+    def counted(activity: Activity) -> list[Step]:
         again = taken(activity)
         steps_again.append(len(again))
         return again

@@ -38,7 +38,7 @@ _TELLING = 0.03  # pace above which slip moves ...
 _LIVELY = 0.3  # ... and that of a torque above which the load is what moves it
 _GREATEST_JUMP = 30.0  # greatest wander of a second, beyond which no load jumps
 _JUMP = 25.0  # squared innovation, normalised, at which the load must have jumped
-_UNSEEN = 16.0  # variances of a reading, that a walk may lead to before it shows
+_UNSEEN = 64.0  # variances of a reading, that a walk may lead to before it shows
 _FORGOTTEN = 0.5  # [s] without a reading
 _UNHEARD = 0.06  # [s] without a slip, after which the load may have begun to move unseen
 

@@ -164,11 +164,14 @@ class Pipeline:
         """Return the result of a calibration that ended with this measurement."""
         if self._calibrating is None or output.estimate is None:
             return None
-        lost = output.estimate.health.resets != self._calibrating
-        result = _CALIBRATION_LOST if lost else output.calibration
+        result = _CALIBRATION_LOST if self._calibration_lost() else output.calibration
         if result is not None:
             self._calibrating, self._calibrated = None, result
         return result
+
+    def _calibration_lost(self) -> bool:
+        """Whether estimation has started anew under the calibration that was going on."""
+        return self._calibrating not in {None, self._monitor.health.resets}
 
     def give_up(self) -> None:
         """Start anew at the priors after a measurement that could not be computed, and count it."""
@@ -298,9 +301,10 @@ class Pipeline:
 
     def calibration_status(self) -> DiagnosticStatus | None:
         """Return the diagnostics of the calibration; None if there never was one."""
-        running = self._calibrating is not None
-        if not running and self._calibrated is None:
+        if self._calibrating is None and self._calibrated is None:
             return None
-        return calibration_status(
-            self._node_name, self._settings.name, None if running else self._calibrated
-        )
+        # What has ended is told at once, though the drive may not speak for long.
+        result = self._calibrated if self._calibrating is None else None
+        if self._calibration_lost():
+            result = _CALIBRATION_LOST
+        return calibration_status(self._node_name, self._settings.name, result)

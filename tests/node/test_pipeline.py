@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
 from node_harness import PAPER_DRIVE
 
 from belt_ros.estimation import AlarmStatus, Condition, Measurement, Rejection, Severity
@@ -46,6 +47,29 @@ def test_a_reset_before_anything_came_has_no_alarm_to_take_back() -> None:
     pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
     assert services.reset(pipeline, None, published.append).success
     assert published == []
+
+
+def test_a_calibration_is_told_to_be_lost_as_soon_as_estimation_starts_anew() -> None:
+    """Also where the drive stands, and nothing more comes; with what comes, once to the log."""
+    pipeline = sliding()
+    assert services.calibrate(pipeline).success
+    running = pipeline.calibration_status()
+    assert running is not None
+    assert (running.level, running.values[0].value) == (DiagnosticStatus.OK, "1")
+
+    pipeline.reset()
+    lost = pipeline.calibration_status()
+    assert lost is not None
+    assert (lost.level, lost.values[0].value) == (DiagnosticStatus.WARN, "0")
+    assert lost.message == "ratio not calibrated: the estimate was started anew"
+
+    told = []
+    for step in range(300, 303):
+        stamp_ns = step * STEP_NS
+        measurement = Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0)
+        told.append(pipeline.take(measurement, stamp_ns, stamp_ns).calibration)
+    assert [result.message for result in told if result is not None] == [lost.message]
+    assert pipeline.calibration_status() == lost
 
 
 class Waiting:

@@ -30,11 +30,13 @@ from belt_ros.estimation.measurement import Measurement, Rejection
 from belt_ros.estimation.overload import Capacity
 from belt_ros.estimation.sensor_watch import SensorWatch
 from belt_ros.estimation.sentences import Tension, over, recovering, sentence, unheard
+from belt_ros.estimation.suspicion import Suspicion
 from belt_ros.estimation.traction import named_loss
 from belt_ros.estimation.wind_up import WindUp
 
 _SECONDS = 1e-9
 _UNHEARD = 10.0  # [s] at least before the first measurement: sensors may start after the alarms
+_SUSPICION = 2.0  # [s] beyond its on-delay for which a mere suspicion of a sensor counts
 _ANY_MARGIN = Quantity(0.5, math.sqrt(1.0 / 12.0))  # before anything is known
 
 
@@ -107,18 +109,19 @@ class SlipAlarm:
             self._traction,
         )
         self._now_ns = 0
-        self._naming = (Condition.TRACTION_LOST, 0.0)  # a name that is on its way, and since when
         self.begin_anew()
 
     def begin_anew(self) -> None:
         """Forget what is raised, as where time begins anew; latches and counts stay."""
         self.watch = SensorWatch()
         self._channels = Channels()
+        self._suspicion = Suspicion()
         for each in self._all:
             each.begin_anew()
         self._estimate: BeltEstimate | None = None
         self._moving = 0.0  # [s] since motion began
         self._silence = 0.0
+        self._naming = (Condition.TRACTION_LOST, 0)  # a name that is on its way, since when [ns]
         self._changed = True  # since it was last told
         self._paused = False
 
@@ -151,7 +154,8 @@ class SlipAlarm:
         self._estimate = estimate
         gap = self._gap
         beyond = estimate.excess_slip if self._wind_up is None else self._wind_up.slip(estimate)
-        self.watch.accept(estimate, beyond, self._settings, gap)
+        pooled = 1 if measurement is None else measurement.pooled
+        self.watch.accept(estimate, beyond, self._settings, pooled)
         if measurement is not None:
             self._channels.take(measurement, gap)
         resting = estimate.phase in RESTING
@@ -165,7 +169,7 @@ class SlipAlarm:
         self, reason: Rejection, measurement: Measurement | None = None
     ) -> AlarmStatus | None:
         """Take in that a measurement was not used; return the status if anything changed."""
-        stamp_ns = self.watch.refuse(reason, measurement, self._limits)
+        stamp_ns = self.watch.refuse(reason, measurement, self._limits, self._settings)
         if stamp_ns is None or self._estimate is None:
             return None
         self._now_ns = max(self._now_ns, stamp_ns)
@@ -253,7 +257,7 @@ class SlipAlarm:
     ) -> None:
         """Judge margin, slip and traction. None of them rises while the data are in doubt."""
         s, now, gap = self._settings, estimate.stamp_ns, self._gap
-        plausible = not self._implausible.active and self.watch.evidence(s) is Evidence.GONE
+        plausible = not (self._held_back(now) or self._implausible.active)
         believed = plausible and not (self._lost.active or estimate.phase is Phase.LOST)
         begun = resting or self._moving >= s.start_bypass
         rises = believed and begun
@@ -271,6 +275,15 @@ class SlipAlarm:
         )
         self._judge_traction(estimate, may_rise=believed)
 
+    def _held_back(self, now_ns: int) -> bool:
+        """Whether the belt's alarms wait for what may turn out to be a sensor's fault."""
+        s = self._settings
+        suspected = self.watch.evidence(s) is not Evidence.GONE
+        longest = s.implausible_on_delay + _SUSPICION
+        return self._suspicion.holds_back(
+            now_ns, longest, s.implausible_off_delay, suspected=suspected
+        )
+
     def _judge_traction(self, estimate: BeltEstimate, *, may_rise: bool) -> None:
         s, lost = self._settings, estimate.lost_traction
         evidence = traction_evidence(lost, s)
@@ -281,6 +294,7 @@ class SlipAlarm:
             self._name_loss(Condition(named_loss(lost, s.traction_confidence)), estimate.stamp_ns)
         elif not self._traction.told:
             self._traction.condition = Condition.TRACTION_LOST
+            self._naming = Condition.TRACTION_LOST, estimate.stamp_ns
 
     def _name_loss(self, name: Condition, now_ns: int) -> None:
         """Name the loss once its cause is clear for as long as an alarm takes to be raised."""

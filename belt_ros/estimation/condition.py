@@ -180,7 +180,7 @@ class ConditionAlarm:
             Whether it may rise now. What has risen stays until it is gone.
         """
         if self._idle and not (may_rise and Evidence.MET in evidence):
-            self._stamp_ns = stamp_ns
+            self._elapsed(stamp_ns, longest)
             return False
         dt = self._elapsed(stamp_ns, longest)
         worst = Severity.NORMAL
@@ -198,8 +198,10 @@ class ConditionAlarm:
         return (self.severity, self.latched) != before
 
     def _elapsed(self, stamp_ns: int, longest: float) -> float:
-        before, self._stamp_ns = self._stamp_ns, stamp_ns
+        before = self._stamp_ns
         dt = 0.0 if before is None else (stamp_ns - before) * _SECONDS
+        if not -longest <= dt < 0.0:  # what was pooled is earlier than what was refused meanwhile
+            self._stamp_ns = stamp_ns
         return dt if 0.0 < dt <= longest else 0.0
 
     def _become(self, severity: Severity, stamp_ns: int) -> None:

@@ -20,6 +20,7 @@ from belt_ros.estimation.assumptions import SensorLimits
 from belt_ros.estimation.condition import Evidence, judged
 from belt_ros.estimation.estimate import BeltEstimate, Phase, Quantity, probability_below
 from belt_ros.estimation.measurement import Measurement, Rejection, Sensor
+from belt_ros.estimation.refusals import Refusals
 from belt_ros.estimation.state import STATES, Index
 from belt_ros.mechanics._compile import compiled
 
@@ -37,6 +38,7 @@ _MEMORY = 0.5  # [s] ...
 _FEWEST = 5.0  # ... and samples at the least: no single one makes a verdict
 _CLIP = 10.828  # squared surprise that one in a thousand exceeds
 _IMPOSSIBLE = (Rejection.NOT_FINITE, Rejection.OUT_OF_RANGE, Rejection.GATED)
+_FLICKER = 0.8  # of the greatest share refused: above it, one that was beyond it still is
 _FADING = 0.25  # pace at which a sensor that is not seen is forgotten
 _HALF = 0.5  # of a threshold: below it a sign is gone
 _OPPOSED = 0.1  # speed of the slower pulley over the faster one's, if they turn against each other
@@ -108,12 +110,18 @@ class SensorWatch:
         self._misfits = np.full(STATES, math.nan)  # by the state that is read
         self._worst = Index.DRIVER_SPEED
         self._worst_misfit = 1.0
-        self._refused = 0.0
+        self._refusals = Refusals()
+        self._many_refused = False
         self._refused_sensor: Sensor | None = None
         self._opposed = False
         self._contrary = Evidence.GONE
         self._contrary_for = 0.0  # [s] for which it may have been
-        self._stamp_ns: int | None = None
+        self._stamp_ns: int | None = None  # of what was accepted last
+
+    @property
+    def refused(self) -> float:
+        """Share of the last measurements that were turned away as impossible."""
+        return self._refusals.share
 
     def contradicts(self, *, doubted: bool) -> bool:
         """Whether the belt seems to slip against the power, which no belt can.
@@ -141,11 +149,11 @@ class SensorWatch:
         self._worst_misfit = 1.0 if math.isnan(worst) else worst
 
     def accept(
-        self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, longest: float
+        self, estimate: BeltEstimate, beyond: Quantity, settings: AlarmSettings, pooled: int = 1
     ) -> None:
-        """Take in what came of a measurement, and the slip `beyond` creep and winding up."""
-        before = self._stamp_ns
-        self._count(estimate.stamp_ns, longest, refused=False)
+        """Take in what came of so many measurements, and the slip `beyond` creep and winding up."""
+        before, self._stamp_ns = self._stamp_ns, estimate.stamp_ns
+        self._count(estimate.stamp_ns, settings, pooled, refused=False)
         moving = estimate.phase not in (Phase.STANDSTILL, Phase.UNKNOWN)
         self._opposed = moving and _opposed(estimate)
         contrary = Evidence.GONE
@@ -161,6 +169,7 @@ class SensorWatch:
         reason: Rejection,
         measurement: Measurement | None,
         limits: SensorLimits,
+        settings: AlarmSettings,
     ) -> int | None:
         """Take in that a measurement was turned away; return its stamp [ns] if that is credible."""
         if reason not in _IMPOSSIBLE or measurement is None or self._stamp_ns is None:
@@ -168,26 +177,25 @@ class SensorWatch:
         since = (measurement.stamp_ns - self._stamp_ns) * _SECONDS
         if not 0.0 < since <= limits.greatest_gap:
             return None
-        self._count(measurement.stamp_ns, limits.greatest_gap, refused=True)
+        self._count(measurement.stamp_ns, settings, measurement.pooled, refused=True)
         self._refused_sensor = impossible_reading(measurement, limits)
         return measurement.stamp_ns
 
-    def _count(self, stamp_ns: int, longest: float, *, refused: bool) -> None:
-        before, self._stamp_ns = self._stamp_ns, stamp_ns
-        if not refused and self._refused == 0.0:
-            return
-        dt = 0.0 if before is None else (stamp_ns - before) * _SECONDS
-        if 0.0 < dt <= longest:
-            self._refused += _share(dt) * ((1.0 if refused else 0.0) - self._refused)
+    def _count(
+        self, stamp_ns: int, settings: AlarmSettings, number: int, *, refused: bool
+    ) -> None:
+        self._refusals.count(stamp_ns, number, refused=refused)
+        many = settings.implausible_rejections
+        self._many_refused = self.refused >= (_FLICKER * many if self._many_refused else many)
 
     def evidence(self, settings: AlarmSettings) -> Evidence:
         """Return whether a sensor is implausible now."""
-        refused, misfit = settings.implausible_rejections, settings.implausible_misfit
+        some, misfit = _HALF * settings.implausible_rejections, settings.implausible_misfit
         if self._opposed or self._contrary is Evidence.MET:
             return Evidence.MET
-        if self._refused >= refused or self._worst_misfit >= misfit:
+        if self._many_refused or self._worst_misfit >= misfit:
             return Evidence.MET
-        if self._refused >= _HALF * refused or self._worst_misfit >= _HALF * misfit:
+        if self.refused >= some or self._worst_misfit >= _HALF * misfit:
             return Evidence.UNDECIDED
         return self._contrary
 
@@ -198,10 +206,10 @@ class SensorWatch:
                 "the pulleys seem to turn against each other: check the sign of their sensors "
                 "(driver.sign, driven.sign)"
             )
-        if self._refused >= _HALF * settings.implausible_rejections:
+        if self.refused >= _HALF * settings.implausible_rejections:
             at = "" if self._refused_sensor is None else f", {_words(self._refused_sensor)}"
             return (
-                f"{100.0 * self._refused:.0f} % of the measurements are impossible{at}: check the "
+                f"{100.0 * self.refused:.0f} % of the measurements are impossible{at}: check the "
                 "sensors, their wiring and units"
             )
         if self._worst_misfit >= _HALF * settings.implausible_misfit:

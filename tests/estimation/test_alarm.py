@@ -187,6 +187,19 @@ def test_a_name_that_changes_back_and_forth_is_not_followed(healthy) -> None:
     assert {status.condition for _, status in line.changes} == {Condition.TRACTION_LOST}
 
 
+def test_a_loss_after_time_began_anew_is_named_as_one_before_was(healthy) -> None:
+    lost = LostTraction(0.99, 0.97, 0.1)
+    line = Line(healthy).feed(100.0).feed(3.0, lost_traction=lost)
+    assert line.last.condition is Condition.TENSION_LOST
+    line.feed(3.0)
+    line.alarm.acknowledge(line.healthy)
+    line.alarm.begin_anew()
+    line.now = 0
+    line.feed(5.0).feed(1.2, lost_traction=lost)
+    assert line.last.active
+    assert line.last.condition is Condition.TENSION_LOST
+
+
 def test_a_lost_estimator_is_an_alarm_and_holds_those_of_the_belt_back(healthy) -> None:
     line = Line(healthy).feed(2.0, phase=Phase.LOST, margin=Quantity(0.01, 0.001))
     assert [each.condition for each in line.last.conditions] == [Condition.ESTIMATOR_LOST]

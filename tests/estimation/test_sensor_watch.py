@@ -64,5 +64,5 @@ def test_a_belt_that_creeps_less_than_foretold_does_not_slip_against_the_power(
             predicted_creep=Quantity(way * creep, 0.002),
             transmitted_torque=Quantity(way * 30.0, 0.1),
         )
-        watch.accept(told, Quantity(way * -0.04, 0.003), AlarmSettings(), 0.5)
+        watch.accept(told, Quantity(way * -0.04, 0.003), AlarmSettings())
     assert watch.contradicts(doubted=False) is against

@@ -227,6 +227,10 @@ class BeltFilter:
         ]
         return narrowed(components, SPLIT_AXES, widths)
 
+    def keep_reading(self, measurement: Measurement) -> None:
+        """Keep a measurement that may complete one from which the motion is begun anew."""
+        self._first.keep(measurement)
+
     def resume(self, measurement: Measurement) -> bool:
         """Restart the motion at `measurement`, keeping what is known of the belt, aged by the gap.
 

@@ -24,12 +24,7 @@ class FirstReadings:
         if not any(map(math.isnan, measurement.speeds)):
             self._gathered.clear()
             return measurement
-        stamp_ns = measurement.stamp_ns
-        self._gathered = [
-            earlier
-            for earlier in self._gathered
-            if stamp_ns - _TOGETHER <= earlier.stamp_ns < stamp_ns
-        ]
+        self._forget_before(measurement.stamp_ns)
         whole = measurement
         for earlier in reversed(self._gathered):
             whole = _completed(whole, earlier)
@@ -38,6 +33,18 @@ class FirstReadings:
             return None
         self._gathered.clear()
         return whole
+
+    def keep(self, measurement: Measurement) -> None:
+        """Keep what may complete a later measurement."""
+        self._forget_before(measurement.stamp_ns)
+        self._gathered.append(measurement)
+
+    def _forget_before(self, stamp_ns: int) -> None:
+        self._gathered = [
+            earlier
+            for earlier in self._gathered
+            if stamp_ns - _TOGETHER <= earlier.stamp_ns < stamp_ns
+        ]
 
 
 def _completed(measurement: Measurement, earlier: Measurement) -> Measurement:

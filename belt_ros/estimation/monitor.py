@@ -21,6 +21,7 @@ from belt_ros.estimation.calibration import Calibration, CalibrationResult, with
 from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
 from belt_ros.estimation.estimate import BeltEstimate, Health, Phase
+from belt_ros.estimation.gate import Gate
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
 from belt_ros.estimation.installed import Installed, installed_as
@@ -37,8 +38,6 @@ from belt_ros.estimation.wind_up import WindUp
 from belt_ros.mechanics.drive import BeltDrive, Tensioning
 
 _SECONDS = 1e-9
-_GATE = 1000.0  # normalised innovation squared per degree of freedom no load step explains
-_GATED_AT_MOST = 3  # in a row; then it is the filter that is wrong
 _TURN = 2.0 * math.pi
 
 
@@ -99,7 +98,7 @@ class BeltMonitor:
         self._begin()
 
     def _begin(self) -> None:
-        self._gated = 0
+        self._gate = Gate()
         self._paused = False
         self._pool = Pool(self.limits.pooled_over, self._turns)
         self._lull = Lull(self._turns, self._noise.noise_rows())
@@ -356,20 +355,23 @@ class BeltMonitor:
 
     def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
         """Move the filter by `dt` [s] and take the measurement in, unless it is impossible."""
-        innovation = self._filter.predict(measurement)
-        if not innovation <= _GATE:
-            self._filter.disregard()
-            self._gated += 1
-            if self._gated <= _GATED_AT_MOST or not self._filter.resume(measurement):
+        f, gate = self._filter, self._gate
+        innovation = f.predict(measurement)
+        if not gate.passes(innovation):
+            f.disregard()
+            often = gate.turn_away(f.seen, measurement.stamp_ns, self.limits.greatest_gap)
+            if not (often and f.resume(measurement)):
                 return Rejection.GATED
+            gate.open()
             self._credence.contradict()
         else:
-            f = self._filter
             standing = self.estimate is not None and self.estimate.phase is Phase.STANDSTILL
             self._record.judge(f.update(), f.seen, f.surprises, dt, standing=standing)
             if not standing:
                 self.alarm.watch.see(f.seen, f.surprises, dt)
-        self._gated = 0
+            if gate.blames:
+                gate.let_pass(f.seen)
+                f.keep_reading(measurement)
         self._credence.judge(innovation, dt)
         self._credence.reconsider(measurement.stamp_ns)
         return Rejection.NONE

@@ -181,9 +181,7 @@ class SensorWatch:
         self._refused_sensor = impossible_reading(measurement, limits)
         return measurement.stamp_ns
 
-    def _count(
-        self, stamp_ns: int, settings: AlarmSettings, number: int, *, refused: bool
-    ) -> None:
+    def _count(self, stamp_ns: int, settings: AlarmSettings, number: int, *, refused: bool) -> None:
         self._refusals.count(stamp_ns, number, refused=refused)
         many = settings.implausible_rejections
         self._many_refused = self.refused >= (_FLICKER * many if self._many_refused else many)

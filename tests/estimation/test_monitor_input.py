@@ -77,6 +77,33 @@ def test_a_change_that_stays_is_believed_after_a_few_samples(monitor) -> None:
     assert_sound(output.estimate)
 
 
+DRIVER, DRIVEN = ("driver_speed", "driver_torque"), ("driven_speed", "driven_torque")
+WHOLE, LOAD_ONLY = (*DRIVER, *DRIVEN), ("driver_hub_load",)
+
+
+@pytest.mark.parametrize("turns", [(DRIVER, DRIVEN), (WHOLE, LOAD_ONLY), (WHOLE, DRIVEN)])
+def test_a_change_that_stays_is_believed_though_others_speak_between(settings, turns) -> None:
+    """What fits says nothing of what does not: gates must not lock a real change out."""
+    monitor = settings.monitor()
+    noise = np.random.default_rng(7)
+    driven, gated = 120.0, 0
+    for k in range(500):
+        if k == 300:
+            driven = 60.0
+        values = {
+            "driver_speed": 120.0 + 0.01 * noise.normal(),
+            "driven_speed": driven + 0.01 * noise.normal(),
+            "driver_torque": 1.0 + 0.3 * noise.normal(),
+            "driven_torque": -1.0 + 0.3 * noise.normal(),
+            "driver_hub_load": 800.0 + noise.normal(),
+        }
+        said = {name: values[name] for name in turns[k % 2]}
+        output = monitor.step(Measurement(k * PERIOD_NS, **said))
+        gated += output.rejection is Rejection.GATED
+    assert 0 < gated <= 4
+    assert output.estimate.driven_speed.value == pytest.approx(60.0, abs=1.0)
+
+
 def test_one_stamp_far_off_is_not_believed(monitor) -> None:
     for odd in (10**18, -(10**18)):
         output = monitor.step(dataclasses.replace(STEADY, stamp_ns=odd))

@@ -89,9 +89,7 @@ def test_a_share_is_what_it_is_however_measurements_are_pooled(
     monitor = dataclasses.replace(settings, limits=limits).monitor()
     fast = {"duration": 3.0, "sample_rate": 1000.0, "seed": 1, "speed": 100.0, "load": 20.0}
     for k, (measurement, _) in enumerate(scripted(settings, **fast)):
-        output = monitor.step(
-            infinite(measurement) if k > 1000 and k % count == 0 else measurement
-        )
+        output = monitor.step(infinite(measurement) if k > 1000 and k % count == 0 else measurement)
         assert output.alarm is None or output.alarm.condition is Condition.NONE
     assert monitor.alarm.watch.refused == pytest.approx(1.0 / count, abs=0.03)
 

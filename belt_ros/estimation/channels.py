@@ -6,6 +6,7 @@ from belt_ros.estimation.measurement import Measurement, Sensor
 
 _SECONDS = 1e-9
 _KNOWN = 10  # samples from which on a quantity counts as one that comes
+_EACH = (0, 0, *(_KNOWN,) * (len(Sensor) - 2))  # without its speed, nothing is known of a pulley
 _USUAL = 3.0  # times the usual absence of one that comes rarely
 
 
@@ -13,7 +14,8 @@ class Channels:
     """Keeps when each quantity was last there.
 
     A quantity that comes rarely, such as a load at 1 Hz among speeds at 100 Hz, may stay away for
-    as long as it usually does, three times over, and the greatest gap beyond that.
+    as long as it usually does, three times over, and the greatest gap beyond that. Both speeds have
+    to come from the beginning.
     """
 
     def __init__(self) -> None:
@@ -52,8 +54,8 @@ class Channels:
                 self._usual[place] += 0.3 * (away - self._usual[place])
         self._missing, self._steps = missing, 0
         self._any_absent = any(
-            seen >= _KNOWN and is_missing
-            for seen, is_missing in zip(self._seen, missing, strict=True)
+            seen >= known and is_missing
+            for seen, known, is_missing in zip(self._seen, _EACH, missing, strict=True)
         )
 
     def absent(self, longest: float) -> tuple[Sensor, ...]:
@@ -63,7 +65,7 @@ class Channels:
         return tuple(
             sensor
             for sensor in Sensor
-            if self._seen[sensor] >= _KNOWN
+            if self._seen[sensor] >= _EACH[sensor]
             and self._missing[sensor]
             and (self._stamp_ns - self._last_ns[sensor]) * _SECONDS
             > longest + _USUAL * self._usual[sensor]

@@ -21,6 +21,7 @@ from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.mechanics.drive import BeltDrive
 
 _SECONDS = 1e-9
+_MEASURED = 10.0  # [s] for which the tension counts as measured after a load has been
 _IMPOSSIBLE = 1e-100  # plausibility of a belief that needs a creep error beyond all bounds
 
 
@@ -44,7 +45,7 @@ class Credence:
     def __init__(self, belt_filter: BeltFilter, drive: BeltDrive, installed: Installed) -> None:
         self.initial: list[Component] | None = None
         self._filter = belt_filter
-        self._tension_measured = False
+        self._load_ns: int | None = None  # stamp of the last load that was measured
         self.compare_with(installed)
         self._reader = BeliefReader(drive)
         self.begin()
@@ -52,6 +53,9 @@ class Credence:
     def begin(self) -> None:
         """Start anew, at `initial`."""
         self._running = False
+        if self._load_ns is not None:
+            self._load_ns = None
+            self.compare_with(self._installed)
         self._misfit = Misfit()
         self._doubt = Doubt()
         self._earlier: list[list[Component]] = []  # what was believed before a misfit, aged
@@ -64,13 +68,17 @@ class Credence:
             installed.log_tension,
             installed.log_friction,
             float(self._filter.prior_stddev[Index.LOG_FRICTION]),
-            tension_measured=self._tension_measured,
+            tension_measured=self._load_ns is not None,
         )
 
     def see(self, measurement: Measurement) -> None:
         """Note whether the tension is measured, which tells its loss from that of friction."""
-        if not self._tension_measured and not all(map(math.isnan, measurement.loads)):
-            self._tension_measured = True
+        before, stamp_ns = self._load_ns, measurement.stamp_ns
+        if not all(map(math.isnan, measurement.loads)):
+            self._load_ns = stamp_ns
+        elif before is not None and (stamp_ns - before) * _SECONDS > _MEASURED:
+            self._load_ns = None
+        if (before is None) is not (self._load_ns is None):
             self.compare_with(self._installed)
 
     @property

@@ -168,8 +168,6 @@ class BeltMonitor:
         """Go on with other noise, drift, limits and alarm thresholds, keeping all that is known."""
         self._filter.retune(noise, drift)
         self._noise = noise
-        if not self._calibration.running:
-            self._calibration = Calibration(self._drive, noise)
         self._pool.retune(limits.pooled_over)
         self._lull.retune(noise.noise_rows())
         self.limits = limits
@@ -231,6 +229,7 @@ class BeltMonitor:
         """
         if self.estimate is None:
             return False
+        self._calibration = Calibration(self._drive, self._noise)
         self._calibration.begin(self.estimate.stamp_ns)
         return True
 
@@ -242,6 +241,8 @@ class BeltMonitor:
 
     def finish(self) -> None:
         """Take in what waits, and tell the smoother that no more measurements come."""
+        for pooled in self._pool.flush():
+            self._step(pooled)
         estimate = self.estimate
         if self._lull.waits and estimate is not None:
             self._end_lull()

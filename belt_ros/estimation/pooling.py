@@ -55,7 +55,7 @@ class Pool:
             return (measurement,)
         interval = measurement.stamp_ns - before
         if not 0 < interval < self._period_ns:
-            return (*((self._span.mean(),) if self._span.count else ()), measurement)
+            return (*self.flush(), measurement)
         self._newest_ns = measurement.stamp_ns
         self._span.add(measurement)
         if measurement.stamp_ns + _AHEAD * interval <= self._span.first_ns + self._period_ns:
@@ -64,3 +64,7 @@ class Pool:
             self._span.clear()
             return (measurement,)
         return (self._span.mean(),)
+
+    def flush(self) -> tuple[Measurement, ...]:
+        """Return the mean of what has been pooled, if anything has."""
+        return (self._span.mean(),) if self._span.count else ()

@@ -200,6 +200,22 @@ def test_readings_that_cannot_be_are_implausible_and_named() -> None:
     assert feed.raised() == {}
 
 
+@pytest.mark.parametrize("samples", [0, 1, 9, 50])
+@pytest.mark.parametrize("pulley", ["driver", "driven"])
+def test_a_pulley_that_is_no_longer_read_is_told_of_however_briefly_it_was(
+    pulley: str, samples: int
+) -> None:
+    """Also if it was only read just before the drive was followed."""
+    names = ("speed", "torque")
+    missing = {f"{pulley}_{name}": math.nan for name in names}
+    other = "driver" if pulley == "driven" else "driven"
+    alone = {f"{other}_{name}": math.nan for name in names}
+    feed = Feed().steady(0.01, **alone).steady(0.01 * samples).steady(3.0, **missing)
+    assert feed.raised()[Condition.SENSOR_STALE] is Severity.WARNING
+    assert feed.status is not None
+    assert f"{pulley} speed" in feed.status.message
+
+
 def test_a_single_impossible_reading_is_no_alarm() -> None:
     feed = Feed().steady(1.0)
     for _ in range(10):

@@ -312,3 +312,21 @@ def test_the_rigs_ratio_is_found(settings: DriveSettings, seed: int) -> None:
     bias = done(result)
     assert abs(bias.value - 3e-4) < 3.0 * bias.stddev
     assert bias.stddev < 3e-5
+
+
+def test_a_calibration_goes_by_the_noise_that_was_told_last(settings: DriveSettings) -> None:
+    """Also where that was told while another one ran."""
+    noisy = dataclasses.replace(settings.noise, speed_absolute=0.05)
+    found = []
+    for told in (settings.noise, noisy):
+        monitor, results = settings.monitor(), []
+        idle = {"duration": 70.0, "sample_rate": 50.0, "seed": 1, "speed": 100.0, "load": 0.0}
+        for k, (measurement, _) in enumerate(scripted(settings, **idle)):
+            result = monitor.step(measurement).calibration
+            results += [] if result is None else [result]
+            if k == 50 or (result is not None and len(results) == 1):
+                assert monitor.calibrate()
+            if k == 60:
+                monitor.retune(told, settings.drift, settings.limits, settings.alarm)
+        found.append(results[1].ratio_bias is not None)
+    assert found == [True, False]  # noise that was told and does not show does not average out

@@ -163,6 +163,25 @@ def test_with_a_hub_load_a_loss_of_tension_is_surely_one_of_tension(
         assert told.tension > 0.9
 
 
+def test_a_load_that_was_measured_long_ago_tells_nothing_of_a_loss(settings: DriveSettings) -> None:
+    """Without it a loss of tension and one of friction look alike, as if it never had been."""
+    told = {}
+    for until in (-1.0, 0.03):
+        run = play(
+            settings,
+            lambda m, until=until: only("driver_hub_load" if m.stamp_ns < until * 1e9 else "")(m),
+            seed=2,
+            duration=20.0,
+            speed=100.0,
+            load=[[0.0, 10.0], [1.0, 38.0]],
+            condition__tension=440.0,
+            events=[{"at": 14.0, "over": 0.5, "tension": 264.0}],
+        )
+        told[until] = run.outputs[-1].estimate.lost_traction
+    assert told[-1.0].traction > 0.95
+    assert told[0.03].friction == pytest.approx(told[-1.0].friction, abs=0.05)
+
+
 def test_in_a_change_of_traction_members_stand_side_by_side_along_mu(
     settings: DriveSettings,
 ) -> None:

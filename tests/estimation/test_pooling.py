@@ -225,3 +225,14 @@ def test_means_never_come_farther_apart_than_the_greatest_gap(settings: DriveSet
         monitor.step(at(1.0 + k, speed=100.0))
     assert monitor.health.rejections[Rejection.OUT_OF_ORDER] == 0
     assert monitor.health.accepted > 295  # the last few still wait for others
+
+
+def test_at_the_end_what_is_pooled_is_taken_in(settings: DriveSettings) -> None:
+    monitor = settings.monitor()
+    for k in range(105):
+        monitor.step(Measurement(k * 1_000_000, 100.0, 99.9, 10.0, -10.0))
+    assert monitor.health.accepted < 105
+    monitor.finish()
+    assert monitor.health.accepted == 105
+    assert monitor.estimate is not None
+    assert monitor.estimate.stamp_ns > 100 * 1_000_000

@@ -20,6 +20,7 @@ from belt_ros.estimation.assumptions import SensorNoise
 from belt_ros.estimation.estimate import BeltEstimate, Quantity
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.measurement import Measurement, sensor_variances
+from belt_ros.estimation.speed_pairs import SpeedPairs
 from belt_ros.estimation.state import Index
 from belt_ros.mechanics.drive import BeltDrive
 
@@ -99,7 +100,8 @@ class Calibration:
     def begin(self, stamp_ns: int) -> None:
         """Begin anew, at the time of the last measurement [ns]."""
         self._running = True
-        self._began_ns = self._last_ns = stamp_ns
+        self._began_ns = self._heard_ns = self._last_ns = stamp_ns
+        self._pairs = SpeedPairs()
         self._travel = 0.0  # of the belt without load [m]
         self._averaged = 0.0  # [s]
         self._due = self._duration  # when that is next judged [s]
@@ -113,17 +115,13 @@ class Calibration:
         """
         if not self._running:
             return None
-        dt = (measurement.stamp_ns - self._last_ns) * _SECONDS
-        self._last_ns = measurement.stamp_ns
-        obstacle = self._obstacle_in(measurement, estimate)
-        if obstacle or not 0.0 < dt <= _LONGEST_GAP:
+        self._heard_ns = measurement.stamp_ns
+        pair = self._pairs.take(measurement)
+        if pair is not None:
+            self._use(pair, estimate)
+        elif (self._heard_ns - self._last_ns) * _SECONDS > _LONGEST_GAP:
             self._travel = 0.0
-            self._obstacle = obstacle or f"there was a gap of {dt:.3g} s in the measurements"
-        else:
-            self._travel += abs(measurement.driver_speed) * self._drive.driver.radius * dt
-            if self._travel >= self._settling:
-                self._averaged += dt
-                self._rows.append(self._row(measurement, estimate))
+            self._obstacle = "a speed is not measured"
         full = len(self._rows) >= _MOST
         if self._averaged >= self._due or full:
             result = self._result()
@@ -132,9 +130,23 @@ class Calibration:
                 return result
             self._due += self._duration  # more of them may do
             self._obstacle = result.message
-        if (measurement.stamp_ns - self._began_ns) * _SECONDS >= self._patience:
+        if (self._heard_ns - self._began_ns) * _SECONDS >= self._patience:
             return self.give_up()
         return None
+
+    def _use(self, pair: Measurement, estimate: BeltEstimate) -> None:
+        """Take in a measurement of both speeds."""
+        dt = (pair.stamp_ns - self._last_ns) * _SECONDS
+        self._last_ns = pair.stamp_ns
+        obstacle = self._obstacle_in(pair, estimate)
+        if obstacle or not 0.0 < dt <= _LONGEST_GAP:
+            self._travel = 0.0
+            self._obstacle = obstacle or f"there was a gap of {dt:.3g} s in the measurements"
+            return
+        self._travel += abs(pair.driver_speed) * self._drive.driver.radius * dt
+        if self._travel >= self._settling:
+            self._averaged += dt
+            self._rows.append(self._row(pair, estimate))
 
     def give_up(self) -> CalibrationResult:
         """End without a result, such as when no more measurements come."""
@@ -143,15 +155,13 @@ class Calibration:
             return CalibrationResult(self._obstacle, samples=len(self._rows))
         return CalibrationResult(
             f"ratio not calibrated: {self._averaged:.3g} s of {self._duration:.3g} s could be used "
-            f"in {(self._last_ns - self._began_ns) * _SECONDS:.3g} s; {self._obstacle}",
+            f"in {(self._heard_ns - self._began_ns) * _SECONDS:.3g} s; {self._obstacle}",
             samples=len(self._rows),
         )
 
     def _obstacle_in(self, measurement: Measurement, estimate: BeltEstimate) -> str:
         """Why a measurement cannot be used, or ""."""
         speeds = measurement.speeds
-        if not all(math.isfinite(speed) for speed in speeds):
-            return "a speed is not measured"
         rims = speeds[0] * self._drive.driver.radius, speeds[1] * self._drive.driven.radius
         rim = min(abs(rims[0]), abs(rims[1]))
         if rim < self._slowest or rims[0] * rims[1] < 0.0:

@@ -314,6 +314,35 @@ def test_the_rigs_ratio_is_found(settings: DriveSettings, seed: int) -> None:
     assert bias.stddev < 3e-5
 
 
+IN_TURNS = [("driver_speed", "driver_torque"), ("driven_speed", "driven_torque")]
+LOAD = [("driver_hub_load",)]
+WHOLE = [(*IN_TURNS[0], *IN_TURNS[1])]
+
+
+@pytest.mark.parametrize(
+    "turns", [IN_TURNS, WHOLE * 49 + LOAD, [*IN_TURNS, *LOAD], [*IN_TURNS * 5, IN_TURNS[0]]]
+)
+def test_it_is_found_where_sensors_speak_in_turns(settings: DriveSettings, turns) -> None:
+    """Also while the drive slowly gets faster."""
+    monitor = settings.monitor()
+    rates = {"duration": 40.0, "sample_rate": 100.0, "seed": 1, "load": 0.0}
+    speed = [[0.0, 100.0], [40.0, 110.0]]
+    result = None
+    run = scripted(settings, speed=speed, condition__ratio_bias=3e-4, **rates)
+    for k, (measurement, _) in enumerate(run):
+        said = {name: getattr(measurement, name) for name in turns[k % len(turns)]}
+        if "driver_hub_load" in said:
+            said["driver_hub_load"] = 2.0 * settings.prior.tension
+        output = monitor.step(Measurement(measurement.stamp_ns, **said))
+        result = result or output.calibration
+        if k == 200:
+            assert monitor.calibrate()
+    assert result is not None
+    assert result.ratio_bias is not None, result.message
+    assert abs(result.ratio_bias.value - 3e-4) < 3.0 * result.ratio_bias.stddev
+    assert result.ratio_bias.stddev <= 5e-5
+
+
 def test_a_calibration_goes_by_the_noise_that_was_told_last(settings: DriveSettings) -> None:
     """Also where that was told while another one ran."""
     noisy = dataclasses.replace(settings.noise, speed_absolute=0.05)

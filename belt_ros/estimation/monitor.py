@@ -324,8 +324,8 @@ class BeltMonitor:
         dt = (measurement.stamp_ns - last_ns) * _SECONDS
         if abs(dt) > self.limits.greatest_gap:
             self._end_lull()
-            return self._jump(measurement, forward=dt > 0.0)
-        self._jumps.forget()
+            return self._jump(measurement, dt)
+        self._jumps.forget(dt)
         self._paused = False
         if dt <= 0.0:
             return Rejection.OUT_OF_ORDER
@@ -377,10 +377,10 @@ class BeltMonitor:
         self._credence.reconsider(measurement.stamp_ns)
         return Rejection.NONE
 
-    def _jump(self, measurement: Measurement, *, forward: bool) -> Rejection:
-        """Believe a jump in time once several stamps follow it."""
-        gap = self.limits.greatest_gap
-        believed = self._jumps.believed(measurement.stamp_ns, gap, forward=forward)
+    def _jump(self, measurement: Measurement, dt: float) -> Rejection:
+        """Believe a jump in time, by `dt` [s], once several stamps follow it."""
+        forward = dt > 0.0
+        believed = self._jumps.believed(measurement.stamp_ns, self.limits.greatest_gap, dt)
         if not (believed or (self._paused and forward)):
             return Rejection.OUT_OF_ORDER
         f = self._filter

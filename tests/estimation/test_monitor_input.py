@@ -153,8 +153,18 @@ def test_a_gap_forward_resumes_with_what_is_known_of_the_belt(run: Runner, setti
 
 
 def test_samples_slower_than_the_gap_are_not_refused_for_ever(monitor) -> None:
-    slow = [monitor.step(dataclasses.replace(STEADY, stamp_ns=k * 3 * 10**9)) for k in range(1, 10)]
-    assert sum(output.rejection is Rejection.NONE for output in slow) >= 3
+    """Nor two of three: once their interval is known, each is used."""
+    rng = np.random.default_rng(2)
+    stamps = [round((3.0 * k + rng.uniform(-0.3, 0.3)) * 1e9) for k in range(1, 40)]
+    slow = [monitor.step(dataclasses.replace(STEADY, stamp_ns=stamp)) for stamp in stamps]
+    assert sum(output.rejection is not Rejection.NONE for output in slow) <= 2
+    odd = monitor.step(dataclasses.replace(STEADY, stamp_ns=stamps[-1] + 10**12))
+    assert odd.rejection is Rejection.OUT_OF_ORDER
+    fast = feed(monitor, 10, stamps[-1] + PERIOD_NS)
+    assert fast.rejection is Rejection.NONE
+    odd = monitor.step(dataclasses.replace(STEADY, stamp_ns=stamps[-1] + 3 * 10**9))
+    assert odd.rejection is Rejection.OUT_OF_ORDER
+    assert monitor.health.resets == 0
 
 
 def test_a_long_gap_ages_what_is_known(run: Runner, settings) -> None:

@@ -109,6 +109,7 @@ class BeltFilter:
         self._since_reduced = 0.0  # [s]
         self._since_branch = 0.0  # [s]
         self._activity = 1.0
+        self._rested = 0.0  # [s] of the time since the last stamp, for which the belief has aged
 
     def retune(self, noise: SensorNoise, drift: Drift) -> None:
         """Go on with other noise and drift."""
@@ -227,6 +228,13 @@ class BeltFilter:
         ]
         return narrowed(components, SPLIT_AXES, widths)
 
+    def rest(self, elapsed: float) -> None:
+        """Note that the belief is as of `elapsed` [s] later than it was, without any measurement.
+
+        A gap then ages it by so much less.
+        """
+        self._rested += elapsed
+
     def keep_reading(self, measurement: Measurement) -> None:
         """Keep a measurement that may complete one from which the motion is begun anew."""
         self._first.keep(measurement)
@@ -246,7 +254,7 @@ class BeltFilter:
         if first is None:
             return False
         self._recent.settle()
-        gap = max(first.stamp_ns - self.stamp_ns, 0) * _SECONDS
+        gap = max((first.stamp_ns - self.stamp_ns) * _SECONDS - self._rested, 0.0)
         worn = wear(gap)
         processes = gap_processes(self._wander, self.constants, self.prior_stddev, gap, worn)
         self._since_branch += worn  # traction may have changed meanwhile
@@ -267,6 +275,7 @@ class BeltFilter:
         self._population.adopt(components)
         self._population.update(sensed.part(2, None))
         self.stamp_ns = measurement.stamp_ns
+        self._rested = 0.0
         self._load.start()
         self._foretold.start()
         self._population.summarise()
@@ -308,6 +317,7 @@ class BeltFilter:
             self._begin_travel(measurement.stamp_ns, sensed)
         self._sensed = sensed
         self.stamp_ns = measurement.stamp_ns
+        self._rested = 0.0
         self._since_branch += dt
         self._since_reduced += dt
         return self._population.least / max(len(sensed.z), 1)

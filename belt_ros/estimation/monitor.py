@@ -8,6 +8,7 @@ of the belt before counts as much as what they make of it (`credence`).
 """
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from belt_ros.estimation.installed import Installed, installed_as
 from belt_ros.estimation.lull import Lull
 from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind, maintained
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
-from belt_ros.estimation.memory import Learned, learned_from, restore
+from belt_ros.estimation.memory import Learned, MemoryRefusedError, learned_from, restore
 from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
 from belt_ros.estimation.state import Index
@@ -100,6 +101,7 @@ class BeltMonitor:
     def _begin(self) -> None:
         self._gate = Gate()
         self._paused = False
+        self._timely = True
         self._pool = Pool(self.limits.pooled_over, self._turns)
         self._lull = Lull(self._turns, self._noise.noise_rows())
         self._jumps = TimeJumps()
@@ -208,8 +210,28 @@ class BeltMonitor:
         self._credence.compare_with(installed)
         self.alarm.installed = installed.tension
 
+    def rest(self, elapsed: float) -> None:
+        """Let what is known age by `elapsed` [s] of standstill in which nothing was measured.
+
+        It is as if the drive had been switched off, and what it had learned restored.
+        """
+        known = self._credence.known
+        if known is None:
+            return
+        self._end_lull()
+        f = self._filter
+        with suppress(MemoryRefusedError):  # where nothing is sane, nothing can age
+            learned = learned_from(known, self.name, self._drive, 0.0)
+            rested = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
+            self._credence.adopt(rested.components, of_belt_only=True)
+            self._account.forget()
+            f.rest(elapsed)
+
     def maintain(self, maintenance: Maintenance) -> str:
-        """Take in what was done to the belt; return a sentence for the log."""
+        """Take in what was done to the belt, now; return a sentence for the log.
+
+        What was not measured for a while has to `rest` before, so that it is known as of now.
+        """
         f = self._filter
         self._end_lull()
         known = self._credence.known
@@ -272,8 +294,13 @@ class BeltMonitor:
         self._record.reject(reason, 1 if measurement is None else measurement.pooled)
         return MonitorOutput(reason, self.estimate, self.alarm.turned_away(reason, measurement))
 
-    def step(self, measurement: Measurement) -> MonitorOutput:
-        """Take in one measurement, or turn it away; what comes fast is pooled first."""
+    def step(self, measurement: Measurement, *, timely: bool = True) -> MonitorOutput:
+        """Take in one measurement, or turn it away; what comes fast is pooled first.
+
+        After a `pause`, a stamp that is far ahead is believed at once if it is `timely`, near the
+        present as the caller's clock has it.
+        """
+        self._timely = timely
         reason = check_measurement(measurement, self.limits)
         if reason is Rejection.NONE and self._pool.overtaken(measurement.stamp_ns):
             reason = Rejection.OUT_OF_ORDER
@@ -381,7 +408,7 @@ class BeltMonitor:
         """Believe a jump in time, by `dt` [s], once several stamps follow it."""
         forward = dt > 0.0
         believed = self._jumps.believed(measurement.stamp_ns, self.limits.greatest_gap, dt)
-        if not (believed or (self._paused and forward)):
+        if not (believed or (self._paused and self._timely and forward)):
             return Rejection.OUT_OF_ORDER
         f = self._filter
         begun = f.resume(measurement) if forward else f.start(measurement, self._credence.initial)

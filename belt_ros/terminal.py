@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from textwrap import indent
 
 from rich.console import Console
 from rich.padding import Padding
@@ -20,6 +21,7 @@ from belt_ros.replay.summary import Extreme, FinalQuantity, Summary
 from belt_ros.settings import DriveSettings
 
 _STRAINED = 0.15  # strain beyond that of elastic belts, which are at home at some 6 %
+_PARAMETER_INDENT = 4 * " "  # of what stands under ros__parameters
 _WIDEST_NAME = 24  # characters that are kept on one line
 _MANY = 0.5  # share of the messages that, turned away for one reason, asks for advice
 _SHOWN = (
@@ -228,6 +230,8 @@ def material_yaml(
 ) -> str:
     """Return a belt's typical figures as the part of a drive's YAML that they fill.
 
+    They are indented as they are there, under `ros__parameters`.
+
     Raises
     ------
     DriveError
@@ -249,4 +253,4 @@ def material_yaml(
     ]
     prior = material.prior(size, lagging, surface, diameter)
     lines += [f"  {name}: {value:#.4g}" for name, value in prior._asdict().items()]
-    return "\n".join(lines)
+    return indent("\n".join(lines), _PARAMETER_INDENT)

@@ -8,7 +8,6 @@ of the belt before counts as much as what they make of it (`credence`).
 """
 
 import math
-from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,11 +24,12 @@ from belt_ros.estimation.estimate import BeltEstimate, Health, Phase
 from belt_ros.estimation.gate import Gate
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
-from belt_ros.estimation.installed import Installed, installed_as
+from belt_ros.estimation.installed import installed_as
+from belt_ros.estimation.keeper import Keeper
 from belt_ros.estimation.lull import Lull
-from belt_ros.estimation.maintenance import Maintenance, MaintenanceKind, maintained
+from belt_ros.estimation.maintenance import Maintenance
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
-from belt_ros.estimation.memory import Learned, MemoryRefusedError, learned_from, restore
+from belt_ros.estimation.memory import Learned
 from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
 from belt_ros.estimation.state import Index
@@ -91,8 +91,9 @@ class BeltMonitor:
         self._turns = turns
         self._noise = noise
         whole = Component(0.0, self._filter.prior_mean, np.diag(self._filter.prior_stddev**2))
-        self._told = self._installed = installed_as([whole], prior.tension)
-        self._credence = Credence(self._filter, drive, self._told)
+        told = installed_as([whole], prior.tension)
+        self._credence = Credence(self._filter, drive, told)
+        self._keeper = Keeper(name, drive, self._filter, self._credence, told)
         self._calibration = Calibration(drive, noise)
         self._record = HealthRecord()
         self._account = Account(self._filter, self._credence, self._record, drive)
@@ -142,11 +143,11 @@ class BeltMonitor:
 
     def reset(self) -> None:
         """Start anew at the priors, alarm and counters included."""
-        self._install(self._told)
-        self._credence.initial = None
+        self._keeper.forget()
         self.restart()
         self._record.reset()
         self.alarm.reset()
+        self.alarm.installed = self._keeper.installed.tension
 
     def start_anew(self) -> None:
         """Start anew at the priors, after what could not be computed; measurements stay counted."""
@@ -180,12 +181,7 @@ class BeltMonitor:
 
         `date` is that of the last measurement [s], since the Unix epoch, by the caller's clock.
         """
-        known = self._credence.known
-        if known is None:
-            return None
-        # As told is as told then: descriptions are edited between runs.
-        installed = None if self._installed == self._told else self._installed
-        return learned_from(known, self.name, self._drive, date, installed)
+        return self._keeper.learned(date)
 
     def restore(self, learned: Learned, elapsed: float) -> str:
         """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
@@ -195,54 +191,34 @@ class BeltMonitor:
         MemoryRefusedError
             If it is of another drive.
         """
-        f = self._filter
         self._end_lull()
-        restored = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
-        self._credence.adopt(restored.components, of_belt_only=True)
-        self._account.forget()
-        if learned.installed is not None:
-            self._install(learned.installed)
-        return restored.note
-
-    def _install(self, installed: Installed) -> None:
-        """Compare traction with another belt, and name its tension in messages."""
-        self._installed = installed
-        self._credence.compare_with(installed)
-        self.alarm.installed = installed.tension
+        note = self._keeper.restore(learned, elapsed)
+        self._believe_anew()
+        return note
 
     def rest(self, elapsed: float) -> None:
         """Let what is known age by `elapsed` [s] of standstill in which nothing was measured.
 
         It is as if the drive had been switched off, and what it had learned restored.
         """
-        known = self._credence.known
-        if known is None:
-            return
         self._end_lull()
-        f = self._filter
-        with suppress(MemoryRefusedError):  # where nothing is sane, nothing can age
-            learned = learned_from(known, self.name, self._drive, 0.0)
-            rested = restore(learned, self._drive, f.prior_mean, f.prior_stddev, f.drift, elapsed)
-            self._credence.adopt(rested.components, of_belt_only=True)
-            self._account.forget()
-            f.rest(elapsed)
+        self._keeper.rest(elapsed)
+        self._believe_anew()
 
     def maintain(self, maintenance: Maintenance) -> str:
         """Take in what was done to the belt, now; return a sentence for the log.
 
         What was not measured for a while has to `rest` before, so that it is known as of now.
         """
-        f = self._filter
         self._end_lull()
-        known = self._credence.known
-        prior = Component(0.0, f.prior_mean.copy(), np.diag(f.prior_stddev**2))
-        done = maintained(known or [prior], maintenance, f.prior_mean, f.prior_stddev)
-        self._credence.adopt(done.components)
+        message = self._keeper.maintain(maintenance)
+        self._believe_anew()
+        return message
+
+    def _believe_anew(self) -> None:
+        """Tell who speaks of the belt that something else is believed of it."""
         self._account.forget()
-        if maintenance.kind is not MaintenanceKind.TENSION_MEASURED:
-            told = maintenance.tension if math.isfinite(maintenance.tension) else self._told.tension
-            self._install(installed_as(done.components, told))
-        return done.message
+        self.alarm.installed = self._keeper.installed.tension
 
     def calibrate(self) -> bool:
         """Begin to calibrate the radius ratio, at no load; whether that is possible now.

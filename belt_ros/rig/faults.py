@@ -134,7 +134,7 @@ class _Stage(ABC):
 
     def step(self, now_ns: int, reports: list[Report]) -> list[Report]:
         """Return what comes out at `now_ns` when `reports` go in."""
-        acts = self._begin <= now_ns and (now_ns < self._end or not self._begun)
+        acts = self.acts_at(now_ns)
         self._begun |= acts
         if acts and self.fault.share < 1.0:
             acts = bool(self._random.random() < self.fault.share)
@@ -146,8 +146,8 @@ class _Stage(ABC):
         self._end = -math.inf
 
     def acts_at(self, now_ns: int) -> bool:
-        """Whether it acts now."""
-        return self._begin <= now_ns < self._end
+        """Whether it acts now; what acts on one reading does so until that has come."""
+        return self._begin <= now_ns and (now_ns < self._end or not self._begun)
 
     def over(self, now_ns: int) -> bool:
         """Whether nothing more will come of it."""
@@ -280,7 +280,7 @@ class SensorFaults:
         return tuple(reports)
 
     def end(self) -> tuple[Fault, ...]:
-        """End the faults that act, and return them; what they hold back still comes."""
+        """End the faults that act or are about to; return them. What they hold back still comes."""
         acting = [stage for stage in self._stages if stage.acts_at(self._now_ns)]
         for stage in acting:
             stage.end()

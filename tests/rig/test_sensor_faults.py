@@ -197,3 +197,21 @@ def test_ended_faults_act_no_more_but_let_go_what_they_hold() -> None:
     ]
     assert len(pipeline) == 1
     assert pipeline.end() == ()
+
+
+def test_a_single_spike_that_waits_for_its_reading_is_ended_too() -> None:
+    pipeline = SensorFaults(np.random.default_rng(0))
+    pipeline.reports(0, reading(0))
+    spike = Fault(FaultKind.SPIKE, 0.0, 0.0, "driver_torque", 50.0)
+    pipeline.add(spike)
+
+    assert pipeline.end() == (spike,)
+    assert pipeline.reports(PERIOD_NS, reading(1)) == (Report(PERIOD_NS, reading(1)),)
+    assert len(pipeline) == 0
+
+
+def test_a_single_spike_that_has_been_read_is_no_more_to_be_ended() -> None:
+    pipeline = SensorFaults(np.random.default_rng(0))
+    pipeline.add(Fault(FaultKind.SPIKE, 0.0, 0.0, "driver_torque", 50.0))
+    assert pipeline.reports(0, reading(0)) != (Report(0, reading(0)),)
+    assert pipeline.end() == ()

@@ -115,17 +115,14 @@ def _judge_input(
             f"nothing on {topic} for {report.silence:.1f} s: check that it is published, under "
             "that name, and with a QoS that input_reliability accepts",
         )
-    rejected = sum(report.rejected)
-    if rejected:
-        reason = report.main_rejection
+    trouble = clock_trouble(report.sources, skew_limit)
+    if any(report.rejected):
         every = report.accepted == 0 or health.accepted == 0  # those that wait count in the former
-        advice = _of_silent_topics(report) if reason is Rejection.INCOMPLETE else ""
         return (
             DiagnosticStatus.ERROR if every else DiagnosticStatus.WARN,
-            f"{'all' if every else 'some'} measurements rejected ({words(reason)}): "
-            f"{advice or REJECTION_ADVICE[reason]}",
+            f"{'all' if every else 'some'} measurements rejected "
+            f"({words(report.main_rejection)}): {_advice(report, trouble)}",
         )
-    trouble = clock_trouble(report.sources, skew_limit)
     if trouble:
         return DiagnosticStatus.WARN, trouble
     missing = missing_messages(report.sources)
@@ -137,6 +134,16 @@ def _judge_input(
         )
     level, message = judge_fit(health)
     return _byte(level), message
+
+
+def _advice(report: InputReport, trouble: str) -> str:
+    """Return what to do about rejections; `trouble` is what is wrong with the clocks, or ""."""
+    reason = report.main_rejection
+    # Stamps that are too far apart are dropped, or leave what they belong to incomplete.
+    causes = [trouble] if reason in {Rejection.OUT_OF_ORDER, Rejection.INCOMPLETE} else []
+    if reason is Rejection.INCOMPLETE:
+        causes.append(_of_silent_topics(report))
+    return "; ".join(filter(None, causes)) or REJECTION_ADVICE[reason]
 
 
 def _of_silent_topics(report: InputReport) -> str:

@@ -260,6 +260,39 @@ def test_speeds_that_are_missing_with_their_topic_are_looked_for_there() -> None
     assert "joint" not in row.message
 
 
+AHEAD, BEHIND = (
+    SourceReport(topic, 100.0, offset, offset, offset, 0.01)
+    for topic, offset in (("/driver/state", 0.001), ("/driven/state", 0.081))
+)
+
+
+@pytest.mark.parametrize("reason", [Rejection.OUT_OF_ORDER, Rejection.INCOMPLETE])
+def test_clocks_that_differ_are_told_of_first_where_they_are_why_measurements_are_rejected(
+    reason: Rejection,
+) -> None:
+    """Stamps farther apart than input_reorder_window: the later topic's are dropped."""
+    row = input_row(report(rejected=rejected(reason, 50), sources=(AHEAD, BEHIND)))
+
+    assert row.level == DiagnosticStatus.WARN
+    assert row.message.startswith(
+        f"some measurements rejected ({reason.name.lower().replace('_', ' ')}): the stamps of "
+        "/driver/state are 0.08 s ahead of those of /driven/state: synchronise"
+    )
+    assert REJECTION_ADVICE[reason] not in row.message
+
+
+def test_clocks_that_differ_excuse_no_topic_that_is_silent() -> None:
+    silent = dataclasses.replace(BEHIND, rate=0.0)
+    row = input_row(report(rejected=rejected(Rejection.INCOMPLETE, 9), sources=(AHEAD, silent)))
+    assert "0.08 s ahead" in row.message
+    assert "nothing on /driven/state" in row.message
+
+
+def test_clocks_that_differ_do_not_hide_that_values_are_impossible() -> None:
+    row = input_row(report(rejected=rejected(Rejection.GATED, 9), sources=(AHEAD, BEHIND)))
+    assert REJECTION_ADVICE[Rejection.GATED] in row.message
+
+
 def test_silence_is_stale_and_names_the_topic() -> None:
     row = input_row(report(received=0, silence=2.5))
 

@@ -24,13 +24,13 @@ from belt_ros.estimation import (
     Severity,
 )
 from belt_ros.estimation.calibration import CalibrationResult
-from belt_ros.node.diagnostics import calibration_status, drive_status, input_status
+from belt_ros.node.calibration_record import CalibrationRecord
+from belt_ros.node.diagnostics import drive_status, input_status
 from belt_ros.node.input_meter import InputMeter, InputReport
 from belt_ros.node.source_meter import SKEW_LIMIT
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
-_CALIBRATION_LOST = CalibrationResult("ratio not calibrated: the estimate was started anew")
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,7 @@ class Pipeline:
         self._pool_period = 0.0
         self._alarm: AlarmStatus | None = None
         self._taken_in = 0
-        self._calibrating: int | None = None  # the number of resets when it began
-        self._calibrated: CalibrationResult | None = None
+        self._calibrations = CalibrationRecord()
         self.begin()
 
     @property
@@ -134,12 +133,13 @@ class Pipeline:
         worsened = output.alarm is not None and self._worsened(output.alarm)
         if output.rejection is not Rejection.NONE:
             return Outcome(output.rejection, None, output.alarm, worsened)
-        if not output.fresh:
+        if not output.fresh or output.estimate is None:
             return Outcome(Rejection.NONE)
         self._taken_in += 1
         self._used_ns = now_ns
-        calibration = self._calibration_ended(output)
-        return Outcome(Rejection.NONE, output.estimate, output.alarm, worsened, calibration)
+        resets = output.estimate.health.resets
+        ended = self._calibrations.ended(output.calibration, resets)
+        return Outcome(Rejection.NONE, output.estimate, output.alarm, worsened, ended)
 
     def watch(self, now_ns: int) -> Outcome:
         """Notice silence at ROS time `now_ns` [ns]; the outcome has no estimate.
@@ -160,27 +160,16 @@ class Pipeline:
         self._alarm = status
         return status.severity > before
 
-    def _calibration_ended(self, output: MonitorOutput) -> CalibrationResult | None:
-        """Return the result of a calibration that ended with this measurement."""
-        if self._calibrating is None or output.estimate is None:
-            return None
-        result = _CALIBRATION_LOST if self._calibration_lost() else output.calibration
-        if result is not None:
-            self._calibrating, self._calibrated = None, result
-        return result
-
-    def _calibration_lost(self) -> bool:
-        """Whether estimation has started anew under the calibration that was going on."""
-        return self._calibrating not in {None, self._monitor.health.resets}
-
     def give_up(self) -> None:
         """Start anew at the priors after a measurement that could not be computed, and count it."""
         self._monitor.reject(Rejection.GATED)
         self._monitor.start_anew()
+        self._calibrations.forget()
 
     def reset(self) -> AlarmStatus | None:
         """Start anew at the priors; return the alarms' status if there has been any to forget."""
         self._monitor.reset()
+        self._calibrations.forget()
         if self._alarm is None:
             return None
         self._alarm = dataclasses.replace(
@@ -256,7 +245,7 @@ class Pipeline:
         """Begin to calibrate the radius ratio; whether that is possible now."""
         if not self._monitor.calibrate():
             return False
-        self._calibrating = self._monitor.health.resets
+        self._calibrations.begin(self._monitor.health.resets)
         return True
 
     def retune(self, settings: DriveSettings) -> None:
@@ -301,10 +290,6 @@ class Pipeline:
 
     def calibration_status(self) -> DiagnosticStatus | None:
         """Return the diagnostics of the calibration; None if there never was one."""
-        if self._calibrating is None and self._calibrated is None:
-            return None
-        # What has ended is told at once, though the drive may not speak for long.
-        result = self._calibrated if self._calibrating is None else None
-        if self._calibration_lost():
-            result = _CALIBRATION_LOST
-        return calibration_status(self._node_name, self._settings.name, result)
+        return self._calibrations.status(
+            self._node_name, self._settings.name, self._monitor.health.resets
+        )

@@ -1,7 +1,9 @@
 """One drive behind the node, without a graph."""
 
 import math
+from collections.abc import Callable
 
+import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from node_harness import PAPER_DRIVE
@@ -70,6 +72,43 @@ def test_a_calibration_is_told_to_be_lost_as_soon_as_estimation_starts_anew() ->
         told.append(pipeline.take(measurement, stamp_ns, stamp_ns).calibration)
     assert [result.message for result in told if result is not None] == [lost.message]
     assert pipeline.calibration_status() == lost
+
+
+def calibrated() -> Pipeline:
+    """A drive whose ratio has been calibrated, at no load."""
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    rng = np.random.default_rng(8)
+    for step in range(1, 901):
+        if step == 101:
+            assert services.calibrate(pipeline).success
+        noise = rng.normal(size=4) * (0.013, 0.013, 0.3, 0.3)
+        stamp_ns = step * STEP_NS
+        measurement = Measurement(stamp_ns, *(np.array([120.036, 120.0, 0.0, 0.0]) + noise))
+        pipeline.take(measurement, stamp_ns, stamp_ns)
+    row = pipeline.calibration_status()
+    assert row is not None
+    assert (row.level, row.values[0].value) == (DiagnosticStatus.OK, "0")
+    return pipeline
+
+
+@pytest.mark.parametrize("start_anew", [Pipeline.reset, Pipeline.give_up])
+def test_a_calibration_that_a_start_at_the_priors_has_undone_is_told_to_be_lost(
+    start_anew: Callable[[Pipeline], object],
+) -> None:
+    pipeline = calibrated()
+    start_anew(pipeline)
+    row = pipeline.calibration_status()
+    assert row is not None
+    assert row.level == DiagnosticStatus.WARN
+    assert row.message == "ratio not calibrated: the estimate was started anew"
+    assert "ratio bias [-]" not in {value.key for value in row.values}
+
+
+def test_a_calibration_outlives_a_clock_that_goes_back() -> None:
+    pipeline = calibrated()
+    before = pipeline.calibration_status()
+    assert pipeline.reset_after_jump(0)
+    assert pipeline.calibration_status() == before
 
 
 class Waiting:

@@ -111,6 +111,7 @@ class Pipeline:
         self._meter = InputMeter(self._steady(), self._sources)
         # ROS time when a measurement was last used, or from when on none has been; None: unknown.
         self._used_ns: int | None = None
+        self._fresh = False  # whether there has been an estimate since
 
     def hear(self, source: str, stamp_ns: int | None, now_ns: int) -> None:
         """Count a message as it comes at ROS time `now_ns`; its stamp is None if it is no time."""
@@ -136,7 +137,7 @@ class Pipeline:
         if not output.fresh or output.estimate is None:
             return Outcome(Rejection.NONE)
         self._taken_in += 1
-        self._used_ns = now_ns
+        self._used_ns, self._fresh = now_ns, True
         resets = output.estimate.health.resets
         ended = self._calibrations.ended(output.calibration, resets)
         return Outcome(Rejection.NONE, output.estimate, output.alarm, worsened, ended)
@@ -266,7 +267,7 @@ class Pipeline:
         return drive_status(
             self._node_name,
             self._settings.name,
-            self._monitor.estimate,
+            self._monitor.estimate if self._fresh else None,
             self._alarm,
             self._meter.unused(self._steady()),
             self._settings.limits.greatest_gap,

@@ -221,6 +221,23 @@ def test_a_pause_in_which_nobody_listened_is_nobodys_fault(pause: float) -> None
     assert pipeline.alarm.conditions == ()
 
 
+@pytest.mark.parametrize("make", [sliding, calibrated])
+def test_a_drives_row_is_stale_until_there_is_an_estimate_since_it_is_active(
+    make: Callable[[], Pipeline],
+) -> None:
+    pipeline = make()
+    assert pipeline.drive_status().level != DiagnosticStatus.STALE
+    pipeline.begin()  # it was inactive, and is active again
+    row = pipeline.drive_status()
+    assert row.level == DiagnosticStatus.STALE
+    assert "no usable measurement" in row.message
+    assert "margin [-]" not in {value.key for value in row.values}
+
+    stamp_ns = 1000 * STEP_NS
+    pipeline.take(Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0), stamp_ns, stamp_ns)
+    assert pipeline.drive_status().level != DiagnosticStatus.STALE
+
+
 def test_a_pause_that_was_announced_excuses_no_later_silence() -> None:
     pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
     pipeline.begin()

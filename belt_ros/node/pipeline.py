@@ -14,7 +14,6 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from belt_ros.estimation import (
     AlarmStatus,
     BeltEstimate,
-    Condition,
     Health,
     Learned,
     Maintenance,
@@ -80,6 +79,7 @@ class Pipeline:
         self._pool_period = 0.0
         self._alarm: AlarmStatus | None = None
         self._taken_in = 0
+        self._now_ns = 0  # ROS time when a measurement or nothing last came
         self._calibrations = CalibrationRecord()
         self.begin()
 
@@ -120,6 +120,7 @@ class Pipeline:
 
     def take(self, ready: Measurement | Rejection, stamp_ns: int, now_ns: int) -> Outcome:
         """Take in a measurement, or why there is none, stamped `stamp_ns`, at ROS time `now_ns`."""
+        self._now_ns = now_ns
         began = self._steady()
         if isinstance(ready, Measurement):
             output = self._monitor.step(ready)
@@ -147,6 +148,7 @@ class Pipeline:
 
         Nothing is silent that stands still with ROS time, such as a simulation at a pause.
         """
+        self._now_ns = now_ns
         if now_ns > 0 and (self._used_ns is None or now_ns < self._used_ns):
             self._used_ns = now_ns  # simulated time has begun, or goes on from before
         elapsed = 0.0 if self._used_ns is None else (now_ns - self._used_ns) * _SECONDS
@@ -173,18 +175,9 @@ class Pipeline:
         self._calibrations.forget()
         if self._alarm is None:
             return None
-        self._alarm = dataclasses.replace(
-            self._alarm,
-            condition=Condition.NONE,
-            severity=Severity.NORMAL,
-            latched_severity=Severity.NORMAL,
-            acknowledged=True,
-            count=0,
-            first_ns=0,
-            last_ns=0,
-            message=f"{self.drive_name}: no alarm condition; estimation was started anew",
-            conditions=(),
-        )
+        status = self._monitor.alarm.acknowledge(None)  # of what there is nothing any more
+        message = f"{self.drive_name}: no alarm condition; estimation was started anew"
+        self._alarm = dataclasses.replace(status, stamp_ns=self._now_ns, message=message)
         return self._alarm
 
     def reset_after_jump(self, now_ns: int) -> bool:

@@ -44,6 +44,21 @@ def test_after_a_reset_no_alarm_stands_that_no_measurement_has_raised_since() ->
     assert "no alarm condition" in status.message
 
 
+def test_the_alarm_that_a_reset_takes_back_has_no_numbers_of_before_but_the_time_of_now() -> None:
+    pipeline = sliding()
+    before = pipeline.alarm
+    assert before is not None
+    assert before.gross_slip_probability > 0.5
+    now_ns = 50 * 10**9
+    pipeline.watch(now_ns)
+
+    status = pipeline.reset()
+    assert status is not None
+    assert status.stamp_ns == now_ns
+    assert status.margin == (0.5, pytest.approx(1.0 / math.sqrt(12.0)))
+    assert (status.excess_slip, status.gross_slip_probability) == (0.0, 0.0)
+
+
 def test_a_reset_before_anything_came_has_no_alarm_to_take_back() -> None:
     published: list[AlarmStatus] = []
     pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))

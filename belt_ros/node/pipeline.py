@@ -79,7 +79,8 @@ class Pipeline:
         self._pool_period = 0.0
         self._alarm: AlarmStatus | None = None
         self._taken_in = 0
-        self._now_ns = 0  # ROS time when a measurement or nothing last came
+        self._late_until: float | None = None  # [s] of before a jump, by the steady clock
+        self._now_ns = 0  # ROS time as it was last told
         self._calibrations = CalibrationRecord()
         self.begin()
 
@@ -122,10 +123,12 @@ class Pipeline:
         """Take in a measurement, or why there is none, stamped `stamp_ns`, at ROS time `now_ns`."""
         self._now_ns = now_ns
         began = self._steady()
-        if isinstance(ready, Measurement):
-            output = self._monitor.step(ready)
-        else:
+        if not isinstance(ready, Measurement):
             output = self._monitor.reject(ready)
+        elif self._of_before_jump(stamp_ns, now_ns):
+            output = self._monitor.reject(Rejection.OUT_OF_ORDER, ready)
+        else:
+            output = self._monitor.step(ready)
         outcome = self._outcome(output, now_ns)
         latency = (now_ns - stamp_ns) * _SECONDS
         self._meter.count(outcome.reason, latency, began, self._steady())
@@ -183,21 +186,33 @@ class Pipeline:
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew where the run began if ROS time, `now_ns` [ns], is back behind the estimate.
 
-        By more than the greatest gap: a clock that is corrected by less is no new run.
+        By more than the greatest gap: a clock that is corrected by less is no new run. What was on
+        its way meanwhile, and is as far ahead of ROS time, is turned away until something fits.
 
         Returns
         -------
         bool
             Whether that was so; not, if new stamps have already said as much.
         """
+        self._late_until = self._steady() + self._settings.limits.greatest_gap
         estimate = self._monitor.estimate
-        if estimate is None:
-            return False
-        ahead = (estimate.stamp_ns - now_ns) * _SECONDS
-        behind = ahead > self._settings.limits.greatest_gap
+        behind = estimate is not None and self._is_ahead(estimate.stamp_ns, now_ns)
         if behind:
             self._monitor.restart()
         return behind
+
+    def _of_before_jump(self, stamp_ns: int, now_ns: int) -> bool:
+        """Whether a measurement was on its way when ROS time, now `now_ns` [ns], went back."""
+        if self._late_until is None:
+            return False
+        # Not for ever: the sender's clock may be another one.
+        late = self._is_ahead(stamp_ns, now_ns) and self._steady() <= self._late_until
+        if not late:
+            self._late_until = None
+        return late
+
+    def _is_ahead(self, stamp_ns: int, now_ns: int) -> bool:
+        return (stamp_ns - now_ns) * _SECONDS > self._settings.limits.greatest_gap
 
     def acknowledge(self) -> AlarmStatus | None:
         """Release the alarms' latches; return their status, None if there is nothing to tell of."""

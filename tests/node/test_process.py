@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
-from belt_msgs.msg import SlipAlarm
+from belt_msgs.msg import BeltState, SlipAlarm
 from node_harness import SECOND, Client, NodeProcess, not_finite, stamp
 from rosgraph_msgs.msg import Clock
 
@@ -64,7 +64,8 @@ def test_simulated_time_that_goes_back_resets_once(
             client.spin(0.01)
         client.until(lambda: client.last_stamp() == client.now_ns)
 
-    with NodeProcess(ros_domain, tmp_path / "log", use_sim_time="true") as node:
+    slowly = {"limits__greatest_gap": 5.0}  # for which late messages are looked for
+    with NodeProcess(ros_domain, tmp_path / "log", use_sim_time="true", **slowly) as node:
         client.now_ns = 100 * SECOND
         client.connect()
         run(client.now_ns)
@@ -77,6 +78,16 @@ def test_simulated_time_that_goes_back_resets_once(
         assert client.states[-1].accepted_count == before + 20
         assert sum(client.states[-1].rejection_counts) == 0
         assert node.log.count("ROS time went back") == 1
+
+        clock.publish(Clock(clock=stamp(20 * SECOND)))
+        client.until(lambda: node.log.count("ROS time went back") == 2)
+        for _ in range(5):
+            client.send()  # of before, as if it had been on its way
+        client.spin(0.1)
+        run(20 * SECOND)
+        assert client.states[-1].reset_count == 2
+        assert client.states[-1].rejection_counts[BeltState.REJECTION_OUT_OF_ORDER] == 5
+        assert "the stamps went back" not in node.log
 
 
 def test_sensors_that_are_dead_from_the_start_are_told_of(

@@ -1,37 +1,28 @@
 """One drive within the node: its publishers, services, inputs and memory around a `Pipeline`."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from belt_msgs.msg import BeltState, SlipAlarm
 from belt_msgs.srv import RecordMaintenance
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock
 from rclpy.lifecycle import LifecycleNode
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_srvs.srv import Trigger
 
-from belt_ros.diagnostic_rows import REJECTION_ADVICE
-from belt_ros.estimation import AlarmStatus, BeltEstimate, Measurement, Rejection, Severity
-from belt_ros.estimation.calibration import CalibrationResult
+from belt_ros.estimation import AlarmStatus, Measurement, Rejection
 from belt_ros.node import services
-from belt_ros.node.conversions import alarm_message
 from belt_ros.node.descriptions import DriveDescription
 from belt_ros.node.diagnostics import memory_status
+from belt_ros.node.drive_outputs import DriveOutputs
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.memory import Memory
-from belt_ros.node.pipeline import Pipeline
+from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.node.topic_hub import TopicHub
 from belt_ros.settings import DriveSettings
-from belt_ros.state_bytes import StateBytes
 
-_REJECTION_LOG_PERIOD = 10.0  # [s] for each reason
-_STATE_DEPTH = 100
-_SECOND_NS = 1_000_000_000
 _Rows = Callable[..., None]
 
 
@@ -56,9 +47,6 @@ class DriveUnit:
         self._pipeline: Pipeline | None = None
         self._memory: Memory | None = None
         self._active = False
-        self._state_period_ns = 0
-        self._published_ns = -math.inf
-        self._rejections_logged: dict[Rejection, float] = {}
         self._resets: int | None = None  # of the last estimate, if none has been asked for since
         self._offer_services()
 
@@ -77,14 +65,17 @@ class DriveUnit:
         offer(
             Trigger,
             "acknowledge",
-            lambda _: services.acknowledge(self._running, self._publish_alarm),
+            lambda _: services.acknowledge(self._running, self._tell_alarm),
         )
         offer(Trigger, "calibrate", lambda _: services.calibrate(self._running))
         offer(RecordMaintenance, "record_maintenance", self.record_maintenance)
 
     def _reset(self) -> services.Answer:
         self._resets = None
-        return services.reset(self._running, self._memory, self._publish_alarm)
+        return services.reset(self._running, self._memory, self._tell_alarm)
+
+    def _tell_alarm(self, status: AlarmStatus) -> None:
+        self._outputs.alarm(status)
 
     @property
     def drive_name(self) -> str:
@@ -114,10 +105,15 @@ class DriveUnit:
     ) -> None:
         """Make ready; without `use_memory` with no memory, whatever the description says."""
         settings, unit = description.drive, description.unit
-        self._make_publishers(hub)
-        self._state_bytes = StateBytes(settings.name, BeltState.get_fields_and_field_types())
+        self._outputs = DriveOutputs(
+            hub,
+            self._node.get_logger(),
+            self._steady,
+            self._prefix,
+            settings.name,
+            unit.state_period,
+        )
         self._now_ns = hub.now_ns
-        self._state_period_ns = round(unit.state_period * _SECOND_NS)
         self._inputs = DriveInputs(
             hub,
             unit.input,
@@ -136,13 +132,6 @@ class DriveUnit:
         )
         if use_memory and unit.memory_file is not None:
             self._open_memory(self._pipeline, unit.memory_file)
-
-    def _make_publishers(self, hub: TopicHub) -> None:
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._state_publisher = hub.publisher(
-            BeltState, f"~/{self._prefix}state", QoSProfile(depth=_STATE_DEPTH)
-        )
-        self._alarm_publisher = hub.publisher(SlipAlarm, f"~/{self._prefix}alarm", latched)
 
     def _open_memory(self, pipeline: Pipeline, path: Path) -> None:
         logger = self._node.get_logger()
@@ -230,15 +219,11 @@ class DriveUnit:
             pipeline.give_up()
             return
         if outcome.reason is not Rejection.NONE:
-            self._log_rejection(outcome.reason, source)
+            self._outputs.rejection(outcome.reason, source)
         elif outcome.estimate is not None:
-            due = outcome.alarm is not None
             self._note_resets(outcome.estimate.health.resets)
-            self._publish_state(outcome.estimate, due=due)
-        if outcome.alarm is not None:
-            self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
-        if outcome.calibration is not None:
-            self._tell_calibration(pipeline, outcome.calibration)
+            self._outputs.state(outcome.estimate, due=outcome.alarm is not None)
+        self._tell_changes(pipeline, outcome)
 
     def _note_resets(self, resets: int) -> None:
         """Log that stamps have made estimation begin anew; what else does so is logged there."""
@@ -258,50 +243,17 @@ class DriveUnit:
         if pipeline is None:
             return
         self._inputs.flush(period)
-        outcome = pipeline.watch(self._now_ns())
+        self._tell_changes(pipeline, pipeline.watch(self._now_ns()))
+
+    def _tell_changes(self, pipeline: Pipeline, outcome: Outcome) -> None:
+        """Tell of an alarm that has changed, and of a calibration that has ended."""
         if outcome.alarm is not None:
-            self._raise(pipeline, outcome.alarm, worsened=outcome.worsened)
-
-    def _publish_state(self, estimate: BeltEstimate, *, due: bool) -> None:
-        since = estimate.stamp_ns - self._published_ns
-        if not due and 0 <= since < self._state_period_ns:
-            return
-        self._published_ns = estimate.stamp_ns
-        if self._state_publisher.get_subscription_count() > 0:
-            self._state_publisher.publish(self._state_bytes.write(estimate))
-
-    def _raise(self, pipeline: Pipeline, alarm: AlarmStatus, *, worsened: bool) -> None:
-        """Publish and log an alarm that has changed."""
-        self._publish_alarm(alarm)
-        logger = self._node.get_logger()
-        if alarm.severity >= Severity.ALARM:
-            logger.error(alarm.message)
-        elif alarm.severity == Severity.WARNING:
-            logger.warning(alarm.message)
-        else:
-            logger.info(alarm.message)
-        if worsened:
+            self._outputs.changed_alarm(outcome.alarm)
+        if outcome.worsened:
             self._publish_rows(pipeline.drive_status())
-
-    def _publish_alarm(self, alarm: AlarmStatus) -> None:
-        self._alarm_publisher.publish(alarm_message(self.drive_name, alarm))
-
-    def _tell_calibration(self, pipeline: Pipeline, result: CalibrationResult) -> None:
-        logger = self._node.get_logger()
-        if result.ratio_bias is None:
-            logger.warning(f"{self.drive_name}: {result.message}")
-        else:
-            logger.info(f"{self.drive_name}: {result.message}")
-        self._publish_rows(pipeline.calibration_status())
-
-    def _log_rejection(self, reason: Rejection, source: str) -> None:
-        now = self._steady.now().nanoseconds * 1e-9
-        if now - self._rejections_logged.get(reason, -math.inf) >= _REJECTION_LOG_PERIOD:
-            self._rejections_logged[reason] = now
-            self._node.get_logger().warning(
-                f"{self.drive_name}: measurement rejected from {source}, "
-                f"{reason.name.lower().replace('_', ' ')}: {REJECTION_ADVICE[reason]}"
-            )
+        if outcome.calibration is not None:
+            self._outputs.calibration(outcome.calibration)
+            self._publish_rows(pipeline.calibration_status())
 
     def diagnostics(self) -> tuple[list[DiagnosticStatus | None], InputReport | None]:
         """Return the drive's rows, and what came in the period that ends now."""

@@ -47,7 +47,6 @@ class DriveUnit:
         self._pipeline: Pipeline | None = None
         self._memory: Memory | None = None
         self._active = False
-        self._resets: int | None = None  # of the last estimate, if none has been asked for since
         self._offer_services()
 
     def _offer_services(self) -> None:
@@ -61,7 +60,11 @@ class DriveUnit:
 
             self._node.create_service(kind, f"~/{self._prefix}{name}", respond)
 
-        offer(Trigger, "reset", lambda _: self._reset())
+        offer(
+            Trigger,
+            "reset",
+            lambda _: services.reset(self._running, self._memory, self._tell_alarm),
+        )
         offer(
             Trigger,
             "acknowledge",
@@ -69,10 +72,6 @@ class DriveUnit:
         )
         offer(Trigger, "calibrate", lambda _: services.calibrate(self._running))
         offer(RecordMaintenance, "record_maintenance", self.record_maintenance)
-
-    def _reset(self) -> services.Answer:
-        self._resets = None
-        return services.reset(self._running, self._memory, self._tell_alarm)
 
     def _tell_alarm(self, status: AlarmStatus) -> None:
         self._outputs.alarm(status)
@@ -156,7 +155,6 @@ class DriveUnit:
             return "nothing"
         self._pipeline.begin()
         self._inputs.begin()
-        self._resets = None
         self._active = True
         return ", ".join(self._inputs.sources)
 
@@ -190,7 +188,6 @@ class DriveUnit:
         if self._pipeline is None:
             return False
         self._inputs.begin()
-        self._resets = None
         return self._pipeline.reset_after_jump(now_ns)
 
     def keep_copy(self) -> str:
@@ -221,18 +218,13 @@ class DriveUnit:
         if outcome.reason is not Rejection.NONE:
             self._outputs.rejection(outcome.reason, source)
         elif outcome.estimate is not None:
-            self._note_resets(outcome.estimate.health.resets)
+            if outcome.went_back:
+                self._node.get_logger().warning(
+                    f"{self.drive_name}: the stamps went back: starting anew, as this run began"
+                    f"{self.keep_copy()}"
+                )
             self._outputs.state(outcome.estimate, due=outcome.alarm is not None)
         self._tell_changes(pipeline, outcome)
-
-    def _note_resets(self, resets: int) -> None:
-        """Log that stamps have made estimation begin anew; what else does so is logged there."""
-        if self._resets is not None and resets > self._resets:
-            self._node.get_logger().warning(
-                f"{self.drive_name}: the stamps went back: starting anew, as this run began"
-                f"{self.keep_copy()}"
-            )
-        self._resets = resets
 
     def watch(self, period: float) -> None:
         """Take in what has waited too long, and notice silence.

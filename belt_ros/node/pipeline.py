@@ -36,7 +36,8 @@ _SECONDS = 1e-9
 class Outcome:
     """What came of one measurement: an estimate if it was accepted, an alarm if that has changed.
 
-    `calibration` is there when one has just ended.
+    `calibration` is there when one has just ended; `went_back` is whether stamps that went back
+    have made estimation begin anew.
     """
 
     reason: Rejection
@@ -44,6 +45,7 @@ class Outcome:
     alarm: AlarmStatus | None = None
     worsened: bool = False
     calibration: CalibrationResult | None = None
+    went_back: bool = False
 
 
 class Pipeline:
@@ -81,6 +83,7 @@ class Pipeline:
         self._taken_in = 0
         self._late_until: float | None = None  # [s] of before a jump, by the steady clock
         self._now_ns = 0  # ROS time as it was last told
+        self._resets = 0  # that are known
         self._calibrations = CalibrationRecord()
         self.begin()
 
@@ -142,9 +145,15 @@ class Pipeline:
             return Outcome(Rejection.NONE)
         self._taken_in += 1
         self._used_ns, self._fresh = now_ns, True
-        resets = output.estimate.health.resets
-        ended = self._calibrations.ended(output.calibration, resets)
-        return Outcome(Rejection.NONE, output.estimate, output.alarm, worsened, ended)
+        before, self._resets = self._resets, output.estimate.health.resets
+        return Outcome(
+            Rejection.NONE,
+            output.estimate,
+            output.alarm,
+            worsened,
+            self._calibrations.ended(output.calibration, self._resets),
+            went_back=self._resets > before,
+        )
 
     def watch(self, now_ns: int) -> Outcome:
         """Notice silence at ROS time `now_ns` [ns]; the outcome has no estimate.
@@ -170,11 +179,13 @@ class Pipeline:
         """Start anew at the priors after a measurement that could not be computed, and count it."""
         self._monitor.reject(Rejection.GATED)
         self._monitor.start_anew()
+        self._resets = self._monitor.health.resets
         self._calibrations.forget()
 
     def reset(self) -> AlarmStatus | None:
         """Start anew at the priors; return the alarms' status if there has been any to forget."""
         self._monitor.reset()
+        self._resets = self._monitor.health.resets
         self._calibrations.forget()
         if self._alarm is None:
             return None
@@ -199,6 +210,7 @@ class Pipeline:
         behind = estimate is not None and self._is_ahead(estimate.stamp_ns, now_ns)
         if behind:
             self._monitor.restart()
+            self._resets = self._monitor.health.resets
         return behind
 
     def _of_before_jump(self, stamp_ns: int, now_ns: int) -> bool:

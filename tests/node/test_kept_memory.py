@@ -14,6 +14,7 @@ from node_harness import (
     CLEANUP,
     CONFIGURE,
     DEACTIVATE,
+    SECOND,
     Client,
     NodeProcess,
 )
@@ -142,6 +143,26 @@ def test_it_is_kept_when_the_node_stops_in_whatever_way(
         assert node.wait_for_exit() == 0
         assert date() > second
         assert "Traceback" not in node.log
+
+
+def test_a_run_is_kept_where_time_has_gone_back_while_the_node_was_inactive(
+    client: Client, ros_domain: int, tmp_path: Path
+) -> None:
+    path = tmp_path / "belt.json"
+    with NodeProcess(ros_domain, tmp_path / "log", memory_file=path, memory_period=NEVER) as node:
+        client.connect()
+        client.drive(20)
+        assert client.transition(DEACTIVATE)
+        before = path.read_bytes()
+        client.now_ns -= 100 * SECOND
+        assert client.transition(ACTIVATE)
+        client.drive(20)
+        client.until(lambda: client.states[-1].reset_count == 1)
+
+        aside = tmp_path / "belt.json.before_jump"
+        node.wait_for_log(f"what was learned until then is kept as {aside}")
+        assert node.log.count("the stamps went back: starting anew, as this run began") == 1
+        assert aside.read_bytes() == before
 
 
 def test_a_damaged_file_is_told_once_and_kept_aside(

@@ -312,3 +312,44 @@ def test_a_sender_whose_clock_is_ahead_for_good_is_heard_again_after_the_greates
     assert drive.take(100.0, 5.0) is Rejection.OUT_OF_ORDER
     drive.steady += 1.1
     assert drive.take(101.1, 6.1) is Rejection.NONE
+
+
+def went_back(pipeline: Pipeline, begin: float) -> list[bool]:
+    """Whether each of some measurements from a time [s] on has made estimation begin anew."""
+    stamps = [round(begin * 1e9) + step * STEP_NS for step in range(10)]
+    rows = [Measurement(each, 120.0, 119.4, 30.0, -30.0) for each in stamps]
+    return [pipeline.take(row, row.stamp_ns, row.stamp_ns).went_back for row in rows]
+
+
+def test_stamps_that_go_back_are_told_of_once() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    assert not any(went_back(pipeline, 100.0))
+    assert went_back(pipeline, 50.0).count(True) == 1
+    assert not any(went_back(pipeline, 50.1))
+
+
+def test_stamps_that_go_back_are_told_of_also_where_nobody_listened_meanwhile() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    went_back(pipeline, 100.0)
+    pipeline.begin()  # it was inactive, and is active again
+    assert went_back(pipeline, 50.0).count(True) == 1
+
+
+def test_stamps_that_go_back_are_told_of_also_after_a_clock_that_was_corrected_a_little() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    went_back(pipeline, 100.0)
+    assert not pipeline.reset_after_jump(round(99.9e9))
+    assert went_back(pipeline, 50.0).count(True) == 1
+
+
+@pytest.mark.parametrize(
+    "start_anew", [Pipeline.reset, Pipeline.give_up, lambda pipeline: pipeline.reset_after_jump(0)]
+)
+def test_what_else_starts_anew_is_not_told_to_be_stamps_that_went_back(
+    start_anew: Callable[[Pipeline], object],
+) -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    went_back(pipeline, 100.0)
+    start_anew(pipeline)
+    assert not any(went_back(pipeline, 1.0))
+    assert pipeline.health.resets == 1

@@ -18,7 +18,7 @@ from belt_ros.node.diagnostics import memory_status
 from belt_ros.node.drive_outputs import DriveOutputs
 from belt_ros.node.input_meter import InputReport
 from belt_ros.node.inputs import DriveInputs
-from belt_ros.node.memory import Memory
+from belt_ros.node.memory import BEFORE_FAILURE, Memory
 from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.node.topic_hub import TopicHub
 from belt_ros.settings import DriveSettings
@@ -209,12 +209,11 @@ class DriveUnit:
         try:
             outcome = pipeline.take(ready, stamp_ns, self._now_ns())
         except (ArithmeticError, np.linalg.LinAlgError) as error:
-            self._node.get_logger().error(
-                f"{self.drive_name}: estimation failed, starting anew at the priors: {error}. "
-                "Compare the drive's parameters with the machine"
-            )
+            self._note_failure(f": {error}")
             pipeline.give_up()
             return
+        if outcome.failed:
+            self._note_failure()
         if outcome.reason is not Rejection.NONE:
             self._outputs.rejection(outcome.reason, source)
         elif outcome.estimate is not None:
@@ -225,6 +224,14 @@ class DriveUnit:
                 )
             self._outputs.state(outcome.estimate, due=outcome.alarm is not None)
         self._tell_changes(pipeline, outcome)
+
+    def _note_failure(self, why: str = "") -> None:
+        """Log that estimation failed, and keep what was learned before from being overwritten."""
+        kept = "" if self._memory is None else self._memory.forget(BEFORE_FAILURE)
+        self._node.get_logger().error(
+            f"{self.drive_name}: estimation failed, starting anew at the priors{why}. Compare the "
+            f"drive's parameters with the machine{kept and f'; {kept}'}"
+        )
 
     def watch(self, period: float) -> None:
         """Take in what has waited too long, and notice silence.

@@ -18,8 +18,9 @@ import numpy as np
 from belt_ros.estimation import Learned, MemoryRefusedError
 from belt_ros.estimation.memory_file import MemoryFileError, load, save
 
+BEFORE_RESET = ".before_reset"
+BEFORE_FAILURE = ".before_failure"
 _REFUSED = ".refused"
-_BEFORE_RESET = ".before_reset"
 _BEFORE_JUMP = ".before_jump"
 _NUMERICAL = (ArithmeticError, np.linalg.LinAlgError)
 _UNITS = (("days", 86400.0), ("h", 3600.0), ("min", 60.0))
@@ -171,13 +172,13 @@ class Memory:
         self.finish()
         self._writer.shutdown()
 
-    def forget(self) -> str:
+    def forget(self, ending: str = BEFORE_RESET) -> str:
         """Rename the file, so that no run begins with it; return a clause for the log, or ""."""
         self._settle()
         self._restored_age = math.nan
         self._kept = self._learner.taken_in
         try:
-            kept_as = self._set_aside(_BEFORE_RESET)
+            kept_as = self._set_aside(ending)
         except (OSError, ValueError) as error:
             self._have_trouble(f"{str(self._path)!a} cannot be renamed: {error}")
             return self._trouble

@@ -36,8 +36,8 @@ _SECONDS = 1e-9
 class Outcome:
     """What came of one measurement: an estimate if it was accepted, an alarm if that has changed.
 
-    `calibration` is there when one has just ended; `went_back` is whether stamps that went back
-    have made estimation begin anew.
+    `calibration` is there when one has just ended. Estimation has begun anew if stamps `went_back`,
+    and at the priors if it has `failed` numerically.
     """
 
     reason: Rejection
@@ -46,6 +46,7 @@ class Outcome:
     worsened: bool = False
     calibration: CalibrationResult | None = None
     went_back: bool = False
+    failed: bool = False
 
 
 class Pipeline:
@@ -125,34 +126,41 @@ class Pipeline:
     def take(self, ready: Measurement | Rejection, stamp_ns: int, now_ns: int) -> Outcome:
         """Take in a measurement, or why there is none, stamped `stamp_ns`, at ROS time `now_ns`."""
         self._now_ns = now_ns
-        began = self._steady()
+        began, before = self._steady(), self._monitor.estimate
         if not isinstance(ready, Measurement):
             output = self._monitor.reject(ready)
         elif self._of_before_jump(stamp_ns, now_ns):
             output = self._monitor.reject(Rejection.OUT_OF_ORDER, ready)
         else:
             output = self._monitor.step(ready)
-        outcome = self._outcome(output, now_ns)
+        outcome = self._outcome(output, before, now_ns)
         latency = (now_ns - stamp_ns) * _SECONDS
         self._meter.count(outcome.reason, latency, began, self._steady())
         return outcome
 
-    def _outcome(self, output: MonitorOutput, now_ns: int) -> Outcome:
+    def _outcome(self, output: MonitorOutput, before: BeltEstimate | None, now_ns: int) -> Outcome:
+        """Return what came of a measurement; `before` is the estimate before it."""
         worsened = output.alarm is not None and self._worsened(output.alarm)
         if output.rejection is not Rejection.NONE:
             return Outcome(output.rejection, None, output.alarm, worsened)
-        if not output.fresh or output.estimate is None:
+        estimate = output.estimate
+        if not output.fresh or estimate is None:
             return Outcome(Rejection.NONE)
         self._taken_in += 1
         self._used_ns, self._fresh = now_ns, True
-        before, self._resets = self._resets, output.estimate.health.resets
+        anew, self._resets = estimate.health.resets > self._resets, estimate.health.resets
+        went_back = anew and before is not None and estimate.stamp_ns < before.stamp_ns
+        if anew and not went_back:
+            self._calibrations.forget()
+        calibration = self._calibrations.ended(output.calibration, self._resets)
         return Outcome(
             Rejection.NONE,
-            output.estimate,
+            estimate,
             output.alarm,
             worsened,
-            self._calibrations.ended(output.calibration, self._resets),
-            went_back=self._resets > before,
+            calibration,
+            went_back=went_back,
+            failed=anew and not went_back,
         )
 
     def watch(self, now_ns: int) -> Outcome:

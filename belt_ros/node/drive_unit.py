@@ -21,6 +21,7 @@ from belt_ros.node.inputs import DriveInputs
 from belt_ros.node.memory import BEFORE_FAILURE, Memory
 from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.node.topic_hub import TopicHub
+from belt_ros.node.unwatched import unwatched_row
 from belt_ros.settings import DriveSettings
 
 _Rows = Callable[..., None]
@@ -159,8 +160,13 @@ class DriveUnit:
         return ", ".join(self._inputs.sources)
 
     def deactivate(self) -> None:
-        """Estimate and publish nothing; what has been learned is kept."""
-        self._active = False
+        """Tell that nobody watches; estimate and publish nothing. What has been learned is kept."""
+        pipeline, self._active = self._running, False
+        if pipeline is not None:
+            alarm = pipeline.end()
+            if alarm is not None:
+                self._outputs.alarm(alarm)
+            self._publish_rows(unwatched_row(self._node.get_name(), self.drive_name))
         if self._memory is not None:
             self._memory.finish()
 

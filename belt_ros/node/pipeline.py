@@ -20,13 +20,14 @@ from belt_ros.estimation import (
     Measurement,
     MonitorOutput,
     Rejection,
-    Severity,
 )
 from belt_ros.estimation.calibration import CalibrationResult
 from belt_ros.node.calibration_record import CalibrationRecord
+from belt_ros.node.clock_jump import ClockJump, ahead
 from belt_ros.node.diagnostics import drive_status, input_status
 from belt_ros.node.input_meter import InputMeter, InputReport
 from belt_ros.node.source_meter import SKEW_LIMIT
+from belt_ros.node.told_alarm import ToldAlarm
 from belt_ros.settings import DriveSettings
 
 _SECONDS = 1e-9
@@ -80,9 +81,9 @@ class Pipeline:
         self._steady = steady
         self._monitor = settings.monitor()
         self._pool_period = 0.0
-        self._alarm: AlarmStatus | None = None
+        self._told = ToldAlarm(self._monitor)
         self._taken_in = 0
-        self._late_until: float | None = None  # [s] of before a jump, by the steady clock
+        self._jump = ClockJump(steady)
         self._now_ns = 0  # ROS time as it was last told
         self._resets = 0  # that are known
         self._calibrations = CalibrationRecord()
@@ -101,7 +102,12 @@ class Pipeline:
     @property
     def alarm(self) -> AlarmStatus | None:
         """The present alarm status; None before anything is told."""
-        return self._alarm
+        return self._told.status
+
+    @property
+    def _gap(self) -> float:
+        """The greatest gap [s]."""
+        return self._settings.limits.greatest_gap
 
     @property
     def health(self) -> Health:
@@ -118,6 +124,10 @@ class Pipeline:
         self._used_ns: int | None = None
         self._fresh = False  # whether there has been an estimate since
 
+    def end(self) -> AlarmStatus | None:
+        """Listen no more; return the alarms' status to be told, None if none has been told yet."""
+        return self._told.unwatch(self._now_ns)
+
     def hear(self, source: str, stamp_ns: int | None, now_ns: int) -> None:
         """Count a message as it comes at ROS time `now_ns`; its stamp is None if it is no time."""
         latency = math.nan if stamp_ns is None else (now_ns - stamp_ns) * _SECONDS
@@ -129,7 +139,7 @@ class Pipeline:
         began, before = self._steady(), self._monitor.estimate
         if not isinstance(ready, Measurement):
             output = self._monitor.reject(ready)
-        elif self._of_before_jump(stamp_ns, now_ns):
+        elif self._jump.is_late(stamp_ns, now_ns, self._gap):
             output = self._monitor.reject(Rejection.OUT_OF_ORDER, ready)
         else:
             output = self._monitor.step(ready)
@@ -140,7 +150,7 @@ class Pipeline:
 
     def _outcome(self, output: MonitorOutput, before: BeltEstimate | None, now_ns: int) -> Outcome:
         """Return what came of a measurement; `before` is the estimate before it."""
-        worsened = output.alarm is not None and self._worsened(output.alarm)
+        worsened = self._told.change(output.alarm)
         if output.rejection is not Rejection.NONE:
             return Outcome(output.rejection, None, output.alarm, worsened)
         estimate = output.estimate
@@ -156,7 +166,7 @@ class Pipeline:
         return Outcome(
             Rejection.NONE,
             estimate,
-            output.alarm,
+            output.alarm or self._told.again(),
             worsened,
             calibration,
             went_back=went_back,
@@ -174,14 +184,7 @@ class Pipeline:
         elapsed = 0.0 if self._used_ns is None else (now_ns - self._used_ns) * _SECONDS
         silence = min(self._meter.unused(self._steady()), elapsed)
         status = self._monitor.silent(now_ns, silence)
-        worsened = status is not None and self._worsened(status)
-        return Outcome(Rejection.NONE, alarm=status, worsened=worsened)
-
-    def _worsened(self, status: AlarmStatus) -> bool:
-        """Take note of a changed alarm; whether it is worse than before."""
-        before = Severity.NORMAL if self._alarm is None else self._alarm.severity
-        self._alarm = status
-        return status.severity > before
+        return Outcome(Rejection.NONE, alarm=status, worsened=self._told.change(status))
 
     def give_up(self) -> None:
         """Start anew at the priors after a measurement that could not be computed, and count it."""
@@ -195,12 +198,7 @@ class Pipeline:
         self._monitor.reset()
         self._resets = self._monitor.health.resets
         self._calibrations.forget()
-        if self._alarm is None:
-            return None
-        status = self._monitor.alarm.acknowledge(None)  # of what there is nothing any more
-        message = f"{self.drive_name}: no alarm condition; estimation was started anew"
-        self._alarm = dataclasses.replace(status, stamp_ns=self._now_ns, message=message)
-        return self._alarm
+        return self._told.take_back(self._now_ns)
 
     def reset_after_jump(self, now_ns: int) -> bool:
         """Start anew where the run began if ROS time, `now_ns` [ns], is back behind the estimate.
@@ -213,33 +211,17 @@ class Pipeline:
         bool
             Whether that was so; not, if new stamps have already said as much.
         """
-        self._late_until = self._steady() + self._settings.limits.greatest_gap
+        self._jump.happen(self._gap)
         estimate = self._monitor.estimate
-        behind = estimate is not None and self._is_ahead(estimate.stamp_ns, now_ns)
+        behind = estimate is not None and ahead(estimate.stamp_ns, now_ns, self._gap)
         if behind:
             self._monitor.restart()
             self._resets = self._monitor.health.resets
         return behind
 
-    def _of_before_jump(self, stamp_ns: int, now_ns: int) -> bool:
-        """Whether a measurement was on its way when ROS time, now `now_ns` [ns], went back."""
-        if self._late_until is None:
-            return False
-        # Not for ever: the sender's clock may be another one.
-        late = self._is_ahead(stamp_ns, now_ns) and self._steady() <= self._late_until
-        if not late:
-            self._late_until = None
-        return late
-
-    def _is_ahead(self, stamp_ns: int, now_ns: int) -> bool:
-        return (stamp_ns - now_ns) * _SECONDS > self._settings.limits.greatest_gap
-
     def acknowledge(self) -> AlarmStatus | None:
         """Release the alarms' latches; return their status, None if there is nothing to tell of."""
-        status = self._monitor.acknowledge()
-        if status is not None:
-            self._alarm = status
-        return status
+        return self._told.acknowledge(self._now_ns)
 
     def learned(self, now: float) -> Learned | None:
         """Return what has been learned of the belt; None if that is nothing yet.
@@ -296,14 +278,14 @@ class Pipeline:
             self._node_name,
             self._settings.name,
             self._monitor.estimate if self._fresh else None,
-            self._alarm,
+            self._told.status,
             self._meter.unused(self._steady()),
-            self._settings.limits.greatest_gap,
+            self._gap,
         )
 
     def input_report(self) -> InputReport:
         """Return what came since the last call."""
-        return self._meter.report(self._steady(), self._settings.limits.greatest_gap)
+        return self._meter.report(self._steady(), self._gap)
 
     def input_status(self, report: InputReport) -> DiagnosticStatus:
         """Return the input's diagnostics."""
@@ -313,7 +295,7 @@ class Pipeline:
             ", ".join(self._sources),
             report,
             self._monitor.health,
-            self._settings.limits.greatest_gap,
+            self._gap,
             self._skew_limit,
         )
 

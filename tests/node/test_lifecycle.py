@@ -3,6 +3,8 @@
 from pathlib import Path
 
 import pytest
+from belt_msgs.msg import SlipAlarm
+from diagnostic_msgs.msg import DiagnosticStatus
 from node_harness import (
     ACTIVATE,
     CLEANUP,
@@ -32,7 +34,16 @@ def test_every_transition_does_what_it_says(
         client.connect()
         client.row(": paper_drive")
 
+        assert client.alarms[-1].severity == SlipAlarm.SEVERITY_NORMAL
         assert client.transition(DEACTIVATE)
+        client.until(lambda: client.rows(": paper_drive")[-1].level == DiagnosticStatus.STALE)
+        assert "nobody watches the belt" in client.rows(": paper_drive")[-1].message
+        late: list[SlipAlarm] = []
+        client.listen_for_alarms(late)
+        client.until(lambda: bool(late))
+        assert late[-1].condition == SlipAlarm.CONDITION_SENSOR_STALE
+        assert late[-1].severity == SlipAlarm.SEVERITY_ALARM
+        assert "nobody watches the belt" in late[-1].message
         client.spin(0.1)
         seen = len(client.states), len(client.diagnostics)
         client.drive(120)
@@ -45,6 +56,7 @@ def test_every_transition_does_what_it_says(
 
         assert client.transition(ACTIVATE)
         client.connect()
+        client.until(lambda: late[-1].severity == SlipAlarm.SEVERITY_NORMAL)
         assert client.transition(DEACTIVATE)
         assert client.transition(CLEANUP)
         assert client.lifecycle_state() == "unconfigured"

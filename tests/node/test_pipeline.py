@@ -353,3 +353,83 @@ def test_what_else_starts_anew_is_not_told_to_be_stamps_that_went_back(
     start_anew(pipeline)
     assert not any(went_back(pipeline, 1.0))
     assert pipeline.health.resets == 1
+
+
+def take_one(pipeline: Pipeline, seconds: float, driven: float = 119.4) -> AlarmStatus | None:
+    """Take in a measurement at a time [s]; return the alarms' status if that is to be told."""
+    stamp_ns = round(seconds * 1e9)
+    row = Measurement(stamp_ns, 120.0, driven, 30.0, -30.0)
+    return pipeline.take(row, stamp_ns, stamp_ns).alarm
+
+
+def test_where_nobody_watches_no_alarm_but_that_is_told_to_be_there() -> None:
+    pipeline = sliding()
+    assert pipeline.alarm is not None
+    raised = pipeline.alarm
+    told = pipeline.end()
+    assert told is not None
+    assert (told.condition, told.severity) == (Condition.SENSOR_STALE, Severity.ALARM)
+    assert told.active
+    assert "nobody watches the belt" in told.message
+    assert [each.condition for each in told.conditions if each.active] == [Condition.SENSOR_STALE]
+    latched = {each.condition: each.latched_severity for each in told.conditions}
+    for each in raised.conditions:
+        assert latched[each.condition] == each.latched_severity
+    assert told.latched_severity == raised.latched_severity
+    assert not told.acknowledged
+
+
+def test_where_nobody_watches_a_belt_without_alarms_is_not_told_to_be_well() -> None:
+    pipeline = calibrated()
+    told = pipeline.end()
+    assert told is not None
+    assert (told.severity, told.acknowledged) == (Severity.ALARM, True)
+    assert len(told.conditions) == 1
+
+
+def test_before_anything_was_told_there_is_nothing_to_take_back() -> None:
+    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
+    assert pipeline.end() is None
+    pipeline.begin()
+    told = take_one(pipeline, 10.0)
+    assert told is not None
+    assert told.severity is Severity.NORMAL
+
+
+def test_the_first_estimate_of_a_belt_that_is_watched_again_tells_the_alarms_as_they_are() -> None:
+    pipeline = sliding()
+    raised = pipeline.alarm
+    assert raised is not None
+    pipeline.end()
+    pipeline.begin()
+    told = take_one(pipeline, 30.0, driven=60.0)
+    assert told is not None
+    assert told == pipeline.alarm
+    assert told.stamp_ns == 30 * 10**9
+    assert told.severity == raised.severity
+    assert told.acknowledged == raised.acknowledged
+    assert take_one(pipeline, 30.01, driven=60.0) is None
+
+
+def test_until_the_first_estimate_an_acknowledgement_does_not_tell_what_was_as_if_it_were() -> None:
+    pipeline = sliding()
+    pipeline.end()
+    pipeline.begin()
+    told = pipeline.acknowledge()
+    assert told is not None
+    assert told.acknowledged
+    assert [each.condition for each in told.conditions if each.active] == [Condition.SENSOR_STALE]
+    again = take_one(pipeline, 30.0, driven=60.0)
+    assert again is not None
+    assert again.acknowledged
+
+
+def test_a_belt_that_is_watched_again_but_not_heard_of_is_told_to_be_silent() -> None:
+    drive = Waiting()
+    take_one(drive.pipeline, 1000.0)
+    drive.pipeline.end()
+    drive.pipeline.begin()
+    told = drive.wait(2.0, 1001.0)
+    assert told is not None
+    assert told.condition is Condition.SENSOR_STALE
+    assert "no usable measurement" in told.message

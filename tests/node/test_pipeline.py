@@ -1,148 +1,15 @@
 """One drive behind the node, without a graph."""
 
-import math
 from collections.abc import Callable
 
-import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from node_harness import PAPER_DRIVE
+from pipeline_harness import STEP_NS, Waiting, calibrated, sliding, states_of
 
-from belt_ros.estimation import AlarmStatus, Condition, Measurement, Rejection, Severity
-from belt_ros.node import services
+from belt_ros.estimation import Condition, Measurement, Rejection
 from belt_ros.node.pipeline import Outcome, Pipeline
 from belt_ros.settings import load_settings
-
-STEP_NS = 10_000_000
-
-
-def sliding() -> Pipeline:
-    """A drive whose belt has let go, which is told."""
-    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
-    for step in range(1, 200):
-        driven = 119.4 if step < 100 else 60.0
-        stamp_ns = step * STEP_NS
-        pipeline.take(Measurement(stamp_ns, 120.0, driven, 30.0, -30.0), stamp_ns, stamp_ns)
-    assert pipeline.alarm is not None
-    assert pipeline.alarm.severity >= Severity.ALARM
-    return pipeline
-
-
-def test_after_a_reset_no_alarm_stands_that_no_measurement_has_raised_since() -> None:
-    """Also where the drive stands, and nothing more comes."""
-    pipeline = sliding()
-    published: list[AlarmStatus] = []
-    answer = services.reset(pipeline, None, published.append)
-    assert answer.success
-    (status,) = published
-    assert pipeline.alarm is status
-    assert (status.condition, status.severity) == (Condition.NONE, Severity.NORMAL)
-    assert (status.latched_severity, status.acknowledged) == (Severity.NORMAL, True)
-    assert status.conditions == ()
-    assert status.count == 0
-    assert all(map(math.isfinite, status.margin))
-    assert "no alarm condition" in status.message
-
-
-def test_the_alarm_that_a_reset_takes_back_has_no_numbers_of_before_but_the_time_of_now() -> None:
-    pipeline = sliding()
-    before = pipeline.alarm
-    assert before is not None
-    assert before.gross_slip_probability > 0.5
-    now_ns = 50 * 10**9
-    pipeline.watch(now_ns)
-
-    status = pipeline.reset()
-    assert status is not None
-    assert status.stamp_ns == now_ns
-    assert status.margin == (0.5, pytest.approx(1.0 / math.sqrt(12.0)))
-    assert (status.excess_slip, status.gross_slip_probability) == (0.0, 0.0)
-
-
-def test_a_reset_before_anything_came_has_no_alarm_to_take_back() -> None:
-    published: list[AlarmStatus] = []
-    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
-    assert services.reset(pipeline, None, published.append).success
-    assert published == []
-
-
-def test_a_calibration_is_told_to_be_lost_as_soon_as_estimation_starts_anew() -> None:
-    """Also where the drive stands, and nothing more comes; with what comes, once to the log."""
-    pipeline = sliding()
-    assert services.calibrate(pipeline).success
-    running = pipeline.calibration_status()
-    assert running is not None
-    assert (running.level, running.values[0].value) == (DiagnosticStatus.OK, "1")
-
-    pipeline.reset()
-    lost = pipeline.calibration_status()
-    assert lost is not None
-    assert (lost.level, lost.values[0].value) == (DiagnosticStatus.WARN, "0")
-    assert lost.message == "ratio not calibrated: the estimate was started anew"
-
-    told = []
-    for step in range(300, 303):
-        stamp_ns = step * STEP_NS
-        measurement = Measurement(stamp_ns, 120.0, 119.4, 30.0, -30.0)
-        told.append(pipeline.take(measurement, stamp_ns, stamp_ns).calibration)
-    assert [result.message for result in told if result is not None] == [lost.message]
-    assert pipeline.calibration_status() == lost
-
-
-def calibrated() -> Pipeline:
-    """A drive whose ratio has been calibrated, at no load."""
-    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
-    rng = np.random.default_rng(8)
-    for step in range(1, 901):
-        if step == 101:
-            assert services.calibrate(pipeline).success
-        noise = rng.normal(size=4) * (0.013, 0.013, 0.3, 0.3)
-        stamp_ns = step * STEP_NS
-        measurement = Measurement(stamp_ns, *(np.array([120.036, 120.0, 0.0, 0.0]) + noise))
-        pipeline.take(measurement, stamp_ns, stamp_ns)
-    row = pipeline.calibration_status()
-    assert row is not None
-    assert (row.level, row.values[0].value) == (DiagnosticStatus.OK, "0")
-    return pipeline
-
-
-@pytest.mark.parametrize("start_anew", [Pipeline.reset, Pipeline.give_up])
-def test_a_calibration_that_a_start_at_the_priors_has_undone_is_told_to_be_lost(
-    start_anew: Callable[[Pipeline], object],
-) -> None:
-    pipeline = calibrated()
-    start_anew(pipeline)
-    row = pipeline.calibration_status()
-    assert row is not None
-    assert row.level == DiagnosticStatus.WARN
-    assert row.message == "ratio not calibrated: the estimate was started anew"
-    assert "ratio bias [-]" not in {value.key for value in row.values}
-
-
-def test_a_calibration_outlives_a_clock_that_goes_back() -> None:
-    pipeline = calibrated()
-    before = pipeline.calibration_status()
-    assert pipeline.reset_after_jump(0)
-    assert pipeline.calibration_status() == before
-
-
-class Waiting:
-    """A drive whose sensors have never said anything."""
-
-    def __init__(self) -> None:
-        self.steady = 100.0
-        self.pipeline = Pipeline(
-            "node", ("/joint_states",), load_settings(PAPER_DRIVE), steady=lambda: self.steady
-        )
-
-    def wait(self, seconds: float, now: float, *, stands: bool = False) -> AlarmStatus | None:
-        """Watch every tenth of a second, from a ROS time on; return what was told last."""
-        told = None
-        for tick in range(round(10 * seconds)):
-            self.steady += 0.1
-            outcome = self.pipeline.watch(round((now if stands else now + 0.1 * tick) * 1e9))
-            told = outcome.alarm or told
-        return told
 
 
 def test_sensors_that_never_say_anything_are_told_of_after_ten_seconds() -> None:
@@ -173,16 +40,6 @@ def test_silence_counts_from_where_ros_time_goes_on_from() -> None:
     assert told is not None
     assert told.condition is Condition.SENSOR_STALE
     assert told.stamp_ns < 20 * 10**9
-
-
-def states_of(pipeline: Pipeline, samples: range) -> int:
-    """Take in measurements of 100 Hz; return how many estimates came of them."""
-    stamps = [sample * STEP_NS for sample in samples]
-    outcomes = [
-        pipeline.take(Measurement(each, 120.0, 119.4, 30.0, -30.0), each, each) for each in stamps
-    ]
-    assert all(outcome.reason is Rejection.NONE for outcome in outcomes)
-    return sum(outcome.estimate is not None for outcome in outcomes)
 
 
 def test_a_drive_pools_as_the_node_asks_until_it_no_longer_does() -> None:
@@ -263,57 +120,6 @@ def test_a_pause_that_was_announced_excuses_no_later_silence() -> None:
     assert outcome.reason is Rejection.OUT_OF_ORDER
 
 
-@pytest.mark.parametrize(("back", "anew"), [(0.001, False), (0.9, False), (1.1, True)])
-def test_a_clock_that_is_corrected_a_little_is_no_new_run(back: float, anew: bool) -> None:
-    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
-    states_of(pipeline, range(1, 200))
-    estimate_ns = 199 * STEP_NS
-    assert pipeline.reset_after_jump(estimate_ns - round(back * 1e9)) is anew
-    assert pipeline.health.resets == anew
-
-
-class Looping:
-    """A drive in simulated time that has just gone back from 100 s to 5 s."""
-
-    def __init__(self) -> None:
-        self.steady = 0.0
-        self.pipeline = Pipeline(
-            "node", ("/joint_states",), load_settings(PAPER_DRIVE), steady=lambda: self.steady
-        )
-        states_of(self.pipeline, range(9900, 10000))
-        assert self.pipeline.reset_after_jump(5 * 10**9)
-
-    def take(self, stamp: float, now: float) -> Rejection:
-        measurement = Measurement(round(stamp * 1e9), 120.0, 119.4, 30.0, -30.0)
-        return self.pipeline.take(measurement, measurement.stamp_ns, round(now * 1e9)).reason
-
-
-def test_what_was_on_its_way_when_time_went_back_starts_nothing_anew() -> None:
-    drive = Looping()
-    late = [drive.take(100.0 + 0.01 * step, 5.0) for step in range(5)]
-    assert late == [Rejection.OUT_OF_ORDER] * 5
-    after = [drive.take(5.0 + 0.01 * step, 5.0 + 0.01 * step) for step in range(20)]
-    assert after == [Rejection.NONE] * 20
-
-    health = drive.pipeline.health
-    assert health.resets == 1
-    assert health.rejections[Rejection.OUT_OF_ORDER] == 5
-
-
-def test_once_a_stamp_fits_the_time_that_went_back_later_ones_are_judged_as_ever() -> None:
-    drive = Looping()
-    assert drive.take(5.0, 5.0) is Rejection.NONE
-    ahead = [drive.take(100.0 + 0.01 * step, 5.01) for step in range(3)]
-    assert ahead == [Rejection.OUT_OF_ORDER, Rejection.OUT_OF_ORDER, Rejection.NONE]
-
-
-def test_a_sender_whose_clock_is_ahead_for_good_is_heard_again_after_the_greatest_gap() -> None:
-    drive = Looping()
-    assert drive.take(100.0, 5.0) is Rejection.OUT_OF_ORDER
-    drive.steady += 1.1
-    assert drive.take(101.1, 6.1) is Rejection.NONE
-
-
 def went_back(pipeline: Pipeline, begin: float) -> list[bool]:
     """Whether each of some measurements from a time [s] on has made estimation begin anew."""
     stamps = [round(begin * 1e9) + step * STEP_NS for step in range(10)]
@@ -353,83 +159,3 @@ def test_what_else_starts_anew_is_not_told_to_be_stamps_that_went_back(
     start_anew(pipeline)
     assert not any(went_back(pipeline, 1.0))
     assert pipeline.health.resets == 1
-
-
-def take_one(pipeline: Pipeline, seconds: float, driven: float = 119.4) -> AlarmStatus | None:
-    """Take in a measurement at a time [s]; return the alarms' status if that is to be told."""
-    stamp_ns = round(seconds * 1e9)
-    row = Measurement(stamp_ns, 120.0, driven, 30.0, -30.0)
-    return pipeline.take(row, stamp_ns, stamp_ns).alarm
-
-
-def test_where_nobody_watches_no_alarm_but_that_is_told_to_be_there() -> None:
-    pipeline = sliding()
-    assert pipeline.alarm is not None
-    raised = pipeline.alarm
-    told = pipeline.end()
-    assert told is not None
-    assert (told.condition, told.severity) == (Condition.SENSOR_STALE, Severity.ALARM)
-    assert told.active
-    assert "nobody watches the belt" in told.message
-    assert [each.condition for each in told.conditions if each.active] == [Condition.SENSOR_STALE]
-    latched = {each.condition: each.latched_severity for each in told.conditions}
-    for each in raised.conditions:
-        assert latched[each.condition] == each.latched_severity
-    assert told.latched_severity == raised.latched_severity
-    assert not told.acknowledged
-
-
-def test_where_nobody_watches_a_belt_without_alarms_is_not_told_to_be_well() -> None:
-    pipeline = calibrated()
-    told = pipeline.end()
-    assert told is not None
-    assert (told.severity, told.acknowledged) == (Severity.ALARM, True)
-    assert len(told.conditions) == 1
-
-
-def test_before_anything_was_told_there_is_nothing_to_take_back() -> None:
-    pipeline = Pipeline("node", ("/joint_states",), load_settings(PAPER_DRIVE))
-    assert pipeline.end() is None
-    pipeline.begin()
-    told = take_one(pipeline, 10.0)
-    assert told is not None
-    assert told.severity is Severity.NORMAL
-
-
-def test_the_first_estimate_of_a_belt_that_is_watched_again_tells_the_alarms_as_they_are() -> None:
-    pipeline = sliding()
-    raised = pipeline.alarm
-    assert raised is not None
-    pipeline.end()
-    pipeline.begin()
-    told = take_one(pipeline, 30.0, driven=60.0)
-    assert told is not None
-    assert told == pipeline.alarm
-    assert told.stamp_ns == 30 * 10**9
-    assert told.severity == raised.severity
-    assert told.acknowledged == raised.acknowledged
-    assert take_one(pipeline, 30.01, driven=60.0) is None
-
-
-def test_until_the_first_estimate_an_acknowledgement_does_not_tell_what_was_as_if_it_were() -> None:
-    pipeline = sliding()
-    pipeline.end()
-    pipeline.begin()
-    told = pipeline.acknowledge()
-    assert told is not None
-    assert told.acknowledged
-    assert [each.condition for each in told.conditions if each.active] == [Condition.SENSOR_STALE]
-    again = take_one(pipeline, 30.0, driven=60.0)
-    assert again is not None
-    assert again.acknowledged
-
-
-def test_a_belt_that_is_watched_again_but_not_heard_of_is_told_to_be_silent() -> None:
-    drive = Waiting()
-    take_one(drive.pipeline, 1000.0)
-    drive.pipeline.end()
-    drive.pipeline.begin()
-    told = drive.wait(2.0, 1001.0)
-    assert told is not None
-    assert told.condition is Condition.SENSOR_STALE
-    assert "no usable measurement" in told.message

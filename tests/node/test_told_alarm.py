@@ -121,3 +121,16 @@ def test_a_belt_that_is_watched_again_but_not_heard_of_is_told_to_be_silent() ->
     assert told is not None
     assert told.condition is Condition.SENSOR_STALE
     assert "no usable measurement" in told.message
+
+
+def test_a_belt_that_was_silent_before_nobody_watched_it_is_told_of_once() -> None:
+    drive = Waiting()
+    take_one(drive.pipeline, 1000.0)
+    silent = drive.wait(2.0, 1001.0)
+    assert silent is not None
+    told = drive.pipeline.end()
+    assert told is not None
+    (stale,) = told.conditions
+    assert stale.condition is Condition.SENSOR_STALE
+    assert (stale.count, stale.acknowledged) == (1, False)
+    assert "nobody watches the belt" in stale.message

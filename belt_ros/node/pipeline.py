@@ -22,6 +22,7 @@ from belt_ros.estimation import (
     Rejection,
 )
 from belt_ros.estimation.calibration import CalibrationResult
+from belt_ros.node.belief_age import BeliefAge
 from belt_ros.node.calibration_record import CalibrationRecord
 from belt_ros.node.clock_jump import ClockJump, ahead
 from belt_ros.node.diagnostics import drive_status, input_status
@@ -84,6 +85,7 @@ class Pipeline:
         self._told = ToldAlarm(self._monitor)
         self._taken_in = 0
         self._jump = ClockJump(steady)
+        self._age = BeliefAge(steady)
         self._now_ns = 0  # ROS time as it was last told
         self._resets = 0  # that are known
         self._calibrations = CalibrationRecord()
@@ -142,7 +144,10 @@ class Pipeline:
         elif self._jump.is_late(stamp_ns, now_ns, self._gap):
             output = self._monitor.reject(Rejection.OUT_OF_ORDER, ready)
         else:
-            output = self._monitor.step(ready)
+            if self._monitor.estimate is None:
+                self._rest()  # what was restored has waited for this
+            near = abs(now_ns - stamp_ns) * _SECONDS <= self._gap
+            output = self._monitor.step(ready, timely=near)
         outcome = self._outcome(output, before, now_ns)
         latency = (now_ns - stamp_ns) * _SECONDS
         self._meter.count(outcome.reason, latency, began, self._steady())
@@ -158,6 +163,7 @@ class Pipeline:
             return Outcome(Rejection.NONE)
         self._taken_in += 1
         self._used_ns, self._fresh = now_ns, True
+        self._age.renew()
         anew, self._resets = estimate.health.resets > self._resets, estimate.health.resets
         went_back = anew and before is not None and estimate.stamp_ns < before.stamp_ns
         if anew and not went_back:
@@ -227,14 +233,14 @@ class Pipeline:
         """Return what has been learned of the belt; None if that is nothing yet.
 
         `now` is wall time [s] since the Unix epoch. What is learned is as old as the last
-        measurement that was accepted.
+        measurement that was accepted, or the last maintenance.
 
         Raises
         ------
         MemoryRefusedError
             If it is nothing worth remembering.
         """
-        return self._monitor.learned(now - self._meter.unused(self._steady()))
+        return self._monitor.learned(now - self._age.seconds)
 
     def restore(self, learned: Learned, elapsed: float) -> str:
         """Start from what was learned `elapsed` [s] ago; return a note for the log, or "".
@@ -244,13 +250,27 @@ class Pipeline:
         MemoryRefusedError
             If it is of another drive.
         """
-        return self._monitor.restore(learned, elapsed)
+        note = self._monitor.restore(learned, elapsed)
+        self._age.renew()
+        return note
 
     def maintain(self, maintenance: Maintenance) -> str:
-        """Take in what was done to the belt; return a sentence for the log."""
+        """Take in what was done to the belt, now; return a sentence for the log."""
+        self._rest()
         message = self._monitor.maintain(maintenance)
+        self._age.renew()
         self._taken_in += 1
         return message
+
+    def _rest(self) -> None:
+        """Bring what is known to the present, if that is longer ago than any gap between samples.
+
+        Between measurements their stamps tell; before the first of a run, and at maintenance of a
+        drive that stands, there are none.
+        """
+        if self._age.seconds > self._gap:
+            self._monitor.rest(self._age.seconds)
+            self._age.renew()
 
     def calibrate(self) -> bool:
         """Begin to calibrate the radius ratio; whether that is possible now."""

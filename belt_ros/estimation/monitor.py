@@ -1,10 +1,9 @@
 """The one pipeline, live and offline: measurement in; estimate, alarm and health out.
 
-Bad measurements are turned away with a reason and counted; the state before them stays. Stamps that
-jump by more than the allowed gap are believed only when several follow each other: backwards the
-monitor then starts anew (a looping bag), with what was restored or set by maintenance, if anything
-was; forwards it resumes with what it knows of the belt. While sensors do not fit, what was believed
-of the belt before counts as much as what they make of it (`credence`).
+Bad measurements are turned away with a reason and counted; the state before them stays (`intake`).
+Where stamps jump back the monitor starts anew (a looping bag), with what was restored or set by
+maintenance, if anything was; forwards it resumes with what it knows of the belt. While sensors do
+not fit, what was believed of the belt before counts as much as what they make of it (`credence`).
 """
 
 import math
@@ -20,25 +19,22 @@ from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.calibration import Calibration, CalibrationResult, with_ratio_bias
 from belt_ros.estimation.condition import AlarmStatus
 from belt_ros.estimation.credence import Credence
-from belt_ros.estimation.estimate import BeltEstimate, Health, Phase
-from belt_ros.estimation.gate import Gate
+from belt_ros.estimation.estimate import BeltEstimate, Health
 from belt_ros.estimation.gaussian_sum import Component
 from belt_ros.estimation.health_record import HealthRecord
 from belt_ros.estimation.installed import installed_as
+from belt_ros.estimation.intake import Anew, Intake
 from belt_ros.estimation.keeper import Keeper
-from belt_ros.estimation.lull import Lull
 from belt_ros.estimation.maintenance import Maintenance
 from belt_ros.estimation.measurement import Measurement, Rejection, check_measurement
 from belt_ros.estimation.memory import Learned
 from belt_ros.estimation.pooling import Pool
 from belt_ros.estimation.smoother import Smoother
 from belt_ros.estimation.state import Index
-from belt_ros.estimation.time_jumps import TimeJumps
 from belt_ros.estimation.upkeep import MERGE_AXES
 from belt_ros.estimation.wind_up import WindUp
 from belt_ros.mechanics.drive import BeltDrive, Tensioning
 
-_SECONDS = 1e-9
 _TURN = 2.0 * math.pi
 
 
@@ -96,16 +92,15 @@ class BeltMonitor:
         self._keeper = Keeper(name, drive, self._filter, self._credence, told)
         self._calibration = Calibration(drive, noise)
         self._record = HealthRecord()
+        self._intake = Intake(
+            self._filter, self._credence, self._record, lambda: self.alarm.watch, turns
+        )
         self._account = Account(self._filter, self._credence, self._record, drive)
         self._begin()
 
     def _begin(self) -> None:
-        self._gate = Gate()
-        self._paused = False
-        self._timely = True
+        self._intake.begin(self._noise, self.limits)
         self._pool = Pool(self.limits.pooled_over, self._turns)
-        self._lull = Lull(self._turns, self._noise.noise_rows())
-        self._jumps = TimeJumps()
         self._credence.begin()
         self._record.begin()
         self._account.begin()
@@ -172,7 +167,7 @@ class BeltMonitor:
         self._filter.retune(noise, drift)
         self._noise = noise
         self._pool.retune(limits.pooled_over)
-        self._lull.retune(noise.noise_rows())
+        self._intake.retune(noise, limits)
         self.limits = limits
         self.alarm.retune(alarm, limits)
 
@@ -240,9 +235,9 @@ class BeltMonitor:
     def finish(self) -> None:
         """Take in what waits, and tell the smoother that no more measurements come."""
         for pooled in self._pool.flush():
-            self._step(pooled)
+            self._step(pooled, timely=True)
         estimate = self.estimate
-        if self._lull.waits and estimate is not None:
+        if self._intake.waits and estimate is not None:
             self._end_lull()
             self._account.tell(estimate.stamp_ns, self.limits, waits=False)
         self._filter.finish()
@@ -262,7 +257,8 @@ class BeltMonitor:
 
     def pause(self) -> None:
         """Expect a pause: nobody listens for a while, and no sensor is to blame for it."""
-        self._paused = self.estimate is not None
+        if self.estimate is not None:
+            self._intake.pause()
         self.alarm.pause()
 
     def reject(self, reason: Rejection, measurement: Measurement | None = None) -> MonitorOutput:
@@ -276,7 +272,6 @@ class BeltMonitor:
         After a `pause`, a stamp that is far ahead is believed at once if it is `timely`, near the
         present as the caller's clock has it.
         """
-        self._timely = timely
         reason = check_measurement(measurement, self.limits)
         if reason is Rejection.NONE and self._pool.overtaken(measurement.stamp_ns):
             reason = Rejection.OUT_OF_ORDER
@@ -284,7 +279,7 @@ class BeltMonitor:
             return self.reject(reason, measurement)
         output = MonitorOutput(Rejection.NONE, self.estimate, None)
         for pooled in self._pool.take(measurement):
-            before, output = output, self._step(pooled)
+            before, output = output, self._step(pooled, timely=timely)
             if before.alarm or before.calibration:
                 output = replace(
                     output,
@@ -293,18 +288,19 @@ class BeltMonitor:
                 )
         return output
 
-    def _step(self, measurement: Measurement) -> MonitorOutput:
+    def _step(self, measurement: Measurement, *, timely: bool) -> MonitorOutput:
         if self.estimate is None:
             if not self._filter.start(measurement, self._credence.initial):
                 return self.reject(Rejection.INCOMPLETE, measurement)
         else:
-            reason = self._advance(measurement)
+            reason = self._intake.take(measurement, self.estimate, timely=timely)
+            self._begin_anew_if_due()
             if reason is not Rejection.NONE:
                 return self.reject(reason, measurement)
         self._record.accept(measurement.pooled)
         self._credence.see(measurement)
         stamp_ns = measurement.stamp_ns
-        estimate = self._account.tell(stamp_ns, self.limits, waits=self._lull.waits)
+        estimate = self._account.tell(stamp_ns, self.limits, waits=self._intake.waits)
         self._credence.keep(stamp_ns, estimate.lost_traction)
         calibrated = self._calibration.take(measurement, estimate)
         if calibrated is not None and calibrated.ratio_bias is not None:
@@ -318,80 +314,14 @@ class BeltMonitor:
             self._credence.contradict()
         return MonitorOutput(Rejection.NONE, estimate, alarm, calibrated, fresh=True)
 
-    def _advance(self, measurement: Measurement) -> Rejection:
-        """Take `measurement` in, or let it wait for others, if its stamp and value allow."""
-        assert self.estimate is not None
-        assert self._filter.stamp_ns is not None
-        # What waits is later than the filter; what was gated is later than the estimate.
-        last_ns = max(self.estimate.stamp_ns, self._filter.stamp_ns)
-        dt = (measurement.stamp_ns - last_ns) * _SECONDS
-        if abs(dt) > self.limits.greatest_gap:
-            self._end_lull()
-            return self._jump(measurement, dt)
-        self._jumps.forget(dt)
-        self._paused = False
-        if dt <= 0.0:
-            return Rejection.OUT_OF_ORDER
-        reason = Rejection.NONE
-        for each in self._lull.take(measurement):
-            reason = self._move(each)
-        return reason
-
     def _end_lull(self) -> None:
         """Take in what waits."""
-        for each in self._lull.end():
-            self._move(each)
+        self._intake.end_lull(self.estimate)
+        self._begin_anew_if_due()
 
-    def _move(self, measurement: Measurement) -> Rejection:
-        """Move the filter to `measurement` and take it in, if its values allow."""
-        f = self._filter
-        assert f.stamp_ns is not None
-        dt = (measurement.stamp_ns - f.stamp_ns) * _SECONDS
-        try:
-            reason = self._take_in(measurement, dt)
-        except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
-            self.start_anew()
-            started = f.start(measurement)
-            return Rejection.NONE if started else Rejection.INCOMPLETE
-        fits = reason is Rejection.NONE and not self._credence.doubted
-        self._lull.expect(f.expected if fits and f.calm else None, dt)
-        return reason
-
-    def _take_in(self, measurement: Measurement, dt: float) -> Rejection:
-        """Move the filter by `dt` [s] and take the measurement in, unless it is impossible."""
-        f, gate = self._filter, self._gate
-        innovation = f.predict(measurement)
-        if not gate.passes(innovation):
-            f.disregard()
-            often = gate.turn_away(f.seen, measurement.stamp_ns, self.limits.greatest_gap)
-            if not (often and f.resume(measurement)):
-                return Rejection.GATED
-            gate.open()
-            self._credence.contradict()
-        else:
-            standing = self.estimate is not None and self.estimate.phase is Phase.STANDSTILL
-            self._record.judge(f.update(), f.seen, f.surprises, dt, standing=standing)
-            if not standing:
-                self.alarm.watch.see(f.seen, f.surprises, dt)
-            if gate.blames:
-                gate.let_pass(f.seen)
-                f.keep_reading(measurement)
-        self._credence.judge(innovation, dt)
-        self._credence.reconsider(measurement.stamp_ns)
-        return Rejection.NONE
-
-    def _jump(self, measurement: Measurement, dt: float) -> Rejection:
-        """Believe a jump in time, by `dt` [s], once several stamps follow it."""
-        forward = dt > 0.0
-        believed = self._jumps.believed(measurement.stamp_ns, self.limits.greatest_gap, dt)
-        if not (believed or (self._paused and self._timely and forward)):
-            return Rejection.OUT_OF_ORDER
-        f = self._filter
-        begun = f.resume(measurement) if forward else f.start(measurement, self._credence.initial)
-        if not begun:
-            return Rejection.INCOMPLETE
-        self._jumps.forget()
-        self._paused = False
-        if not forward:
+    def _begin_anew_if_due(self) -> None:
+        """Start all else anew where the filter has been."""
+        if self._intake.anew is Anew.WENT_BACK:
             self.restart()
-        return Rejection.NONE
+        elif self._intake.anew is Anew.FAILED:
+            self.start_anew()

@@ -54,9 +54,9 @@ class AlarmSettings:
         0.8, "probability at which low margin and slip count as met", "-", 0.5, 0.9999
     )
     learned_confidence: float = setting(
-        0.5,
-        "the same for low margin once tension has been learned or measured: the probability is "
-        "then that of data rather than of the prior",
+        0.8,
+        "the same for low margin once tension has been learned or measured; less is earlier, and "
+        "more often wrong",
         "-",
         0.5,
         0.9999,

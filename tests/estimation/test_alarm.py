@@ -153,11 +153,13 @@ def test_a_sentence_says_what_is_left_and_what_to_do(healthy) -> None:
     )
 
 
-def test_a_learned_tension_is_warned_of_at_the_limit_itself(healthy) -> None:
+def test_a_learned_tension_is_warned_of_from_a_probability_of_its_own(healthy) -> None:
+    early = dataclasses.replace(SETTINGS, learned_confidence=0.5)
     doubtful = Quantity(0.24, 0.04)  # below 0.25 with a probability of 0.6
-    assert Line(healthy).feed(2.0, margin=doubtful).changes == []
-    line = Line(healthy).feed(2.0, margin=doubtful, tension_knowledge=Knowledge.LEARNED)
-    assert line.last.severity is Severity.WARNING
+    learned = {"margin": doubtful, "tension_knowledge": Knowledge.LEARNED}
+    assert Line(healthy, early).feed(2.0, margin=doubtful).changes == []
+    assert Line(healthy).feed(2.0, **learned).changes == []
+    assert Line(healthy, early).feed(2.0, **learned).last.severity is Severity.WARNING
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ from belt_ros.estimation.wind_up import WindUp
 
 _SECONDS = 1e-9
 _UNHEARD = 10.0  # [s] at least before the first measurement: sensors may start after the alarms
-_SUSPICION = 2.0  # [s] beyond its on-delay for which a mere suspicion of a sensor counts
+_SUSPICION = 2.0  # [s] beyond the on-delay for which belt alarms wait for bad messages
 _ANY_MARGIN = Quantity(0.5, math.sqrt(1.0 / 12.0))  # before anything is known
 
 
@@ -162,7 +162,7 @@ class SlipAlarm:
         self._moving = 0.0 if resting else self._moving + min(max(dt, 0.0), gap)
         self._judge_sensors(estimate.stamp_ns, silent=dt > gap, silence=dt)
         self._judge_estimator(estimate, recovers=recovers)
-        self._judge_belt(estimate, beyond, capacity, resting=resting)
+        self._judge_belt(estimate, beyond, capacity, dt, resting=resting)
         return self._news()
 
     def turned_away(
@@ -252,13 +252,15 @@ class SlipAlarm:
         estimate: BeltEstimate,
         beyond: Quantity,
         capacity: Capacity | None,
+        dt: float,
         *,
         resting: bool,
     ) -> None:
         """Judge margin, slip and traction. None of them rises while the data are in doubt."""
         s, now, gap = self._settings, estimate.stamp_ns, self._gap
-        plausible = not (self._held_back(now) or self._implausible.active)
-        believed = plausible and not (self._lost.active or estimate.phase is Phase.LOST)
+        strays = estimate.phase is Phase.LOST
+        plausible = not (self._held_back(dt, strays=strays) or self._implausible.active)
+        believed = plausible and not (self._lost.active or strays)
         begun = resting or self._moving >= s.start_bypass
         rises = believed and begun
         margins = margin_evidence(estimate, capacity, s)
@@ -275,14 +277,22 @@ class SlipAlarm:
         )
         self._judge_traction(estimate, may_rise=believed)
 
-    def _held_back(self, now_ns: int) -> bool:
-        """Whether the belt's alarms wait for what may turn out to be a sensor's fault."""
-        s = self._settings
-        suspected = self.watch.evidence(s) is not Evidence.GONE
-        longest = s.implausible_on_delay + _SUSPICION
-        return self._suspicion.holds_back(
-            now_ns, longest, s.implausible_off_delay, suspected=suspected
+    def _held_back(self, dt: float, *, strays: bool) -> bool:
+        """Whether the belt's alarms wait for what may turn out to be a sensor's fault.
+
+        Bad messages count for longer where what the others say does not fit either (`strays`).
+        """
+        s, watch = self._settings, self.watch
+        if not 0.0 < dt <= self._gap:
+            self._suspicion = Suspicion()
+        suspected = watch.evidence(s) is not Evidence.GONE
+        waits = self._suspicion.holds_back(
+            min(max(dt, 0.0), self._gap),
+            s.implausible_on_delay + _SUSPICION,
+            s.implausible_off_delay,
+            suspected=suspected,
         )
+        return waits or (suspected and strays) or watch.misfit_evidence(s) is not Evidence.GONE
 
     def _judge_traction(self, estimate: BeltEstimate, *, may_rise: bool) -> None:
         s, lost = self._settings, estimate.lost_traction

@@ -8,6 +8,7 @@ _SECONDS = 1e-9
 _KNOWN = 10  # samples from which on a quantity counts as one that comes
 _EACH = (0, 0, *(_KNOWN,) * (len(Sensor) - 2))  # without its speed, nothing is known of a pulley
 _USUAL = 3.0  # times the usual absence of one that comes rarely
+_AT_FIRST = 3.0  # gaps that a speed may be away before it is known how often it comes
 
 
 class Channels:
@@ -68,5 +69,8 @@ class Channels:
             if self._seen[sensor] >= _EACH[sensor]
             and self._missing[sensor]
             and (self._stamp_ns - self._last_ns[sensor]) * _SECONDS
-            > longest + _USUAL * self._usual[sensor]
+            > longest * self._patience(sensor) + _USUAL * self._usual[sensor]
         )
+
+    def _patience(self, sensor: Sensor) -> float:
+        return 1.0 if self._seen[sensor] >= _KNOWN else _AT_FIRST

@@ -106,10 +106,10 @@ class Intake:
         if abs(dt) > self._gap:
             self.end_lull(estimate)
             return self._jump(measurement, dt, timely=timely)
-        self._jumps.forget(dt)
-        self._paused = False
         if dt <= 0.0:
             return Rejection.OUT_OF_ORDER
+        self._jumps.forget(dt)
+        self._paused = False
         return self._move(self._lull.take(measurement), estimate)
 
     def end_lull(self, estimate: BeltEstimate | None) -> None:

@@ -257,6 +257,8 @@ class BeltMonitor:
 
     def pause(self) -> None:
         """Expect a pause: nobody listens for a while, and no sensor is to blame for it."""
+        for pooled in self._pool.flush():  # of before the pause
+            self._step(pooled, timely=True)
         if self.estimate is not None:
             self._intake.pause()
         self.alarm.pause()

@@ -12,12 +12,17 @@ class Refusals:
 
     Numbers are counted rather than times: where measurements are pooled, one that is refused is
     later than the mean of those around it that are used.
+
+    Attributes
+    ----------
+    newest_ns : int or None
+        Latest stamp that was counted.
     """
 
     def __init__(self) -> None:
         self._used = 0.0
         self._refused = 0.0
-        self._newest_ns: int | None = None
+        self.newest_ns: int | None = None
 
     @property
     def share(self) -> float:
@@ -26,12 +31,12 @@ class Refusals:
 
     def count(self, stamp_ns: int, number: int = 1, *, refused: bool) -> None:
         """Take in that `number` measurements were used, or refused, stamped `stamp_ns`."""
-        if self._newest_ns is not None and stamp_ns > self._newest_ns:
-            aged = math.exp((self._newest_ns - stamp_ns) * _SECONDS / _MEMORY)
+        if self.newest_ns is not None and stamp_ns > self.newest_ns:
+            aged = math.exp((self.newest_ns - stamp_ns) * _SECONDS / _MEMORY)
             kept = max(aged, (1.0 - 1.0 / _FEWEST) ** number)
             self._used *= kept
             self._refused *= kept
-        self._newest_ns = max(stamp_ns, self._newest_ns or stamp_ns)
+        self.newest_ns = max(stamp_ns, self.newest_ns or stamp_ns)
         if refused:
             self._refused += number
         else:

@@ -172,9 +172,10 @@ class SensorWatch:
         settings: AlarmSettings,
     ) -> int | None:
         """Take in that a measurement was turned away; return its stamp [ns] if that is credible."""
-        if reason not in _IMPOSSIBLE or measurement is None or self._stamp_ns is None:
+        newest_ns = self._refusals.newest_ns
+        if reason not in _IMPOSSIBLE or measurement is None or newest_ns is None:
             return None
-        since = (measurement.stamp_ns - self._stamp_ns) * _SECONDS
+        since = (measurement.stamp_ns - newest_ns) * _SECONDS
         if not 0.0 < since <= limits.greatest_gap:
             return None
         self._count(measurement.stamp_ns, settings, measurement.pooled, refused=True)
@@ -188,14 +189,18 @@ class SensorWatch:
 
     def evidence(self, settings: AlarmSettings) -> Evidence:
         """Return whether a sensor is implausible now."""
-        some, misfit = _HALF * settings.implausible_rejections, settings.implausible_misfit
-        if self._opposed or self._contrary is Evidence.MET:
+        if self._many_refused:
             return Evidence.MET
-        if self._many_refused or self._worst_misfit >= misfit:
+        misfit = self.misfit_evidence(settings)
+        some_refused = self.refused >= _HALF * settings.implausible_rejections
+        return Evidence.UNDECIDED if some_refused and misfit is Evidence.GONE else misfit
+
+    def misfit_evidence(self, settings: AlarmSettings) -> Evidence:
+        """Return the same by what was taken in, rather than by what was turned away."""
+        misfit = settings.implausible_misfit
+        if self._opposed or self._contrary is Evidence.MET or self._worst_misfit >= misfit:
             return Evidence.MET
-        if self.refused >= some or self._worst_misfit >= _HALF * misfit:
-            return Evidence.UNDECIDED
-        return self._contrary
+        return Evidence.UNDECIDED if self._worst_misfit >= _HALF * misfit else self._contrary
 
     def reason(self, settings: AlarmSettings) -> str:
         """Say in words what is implausible, and what to look at."""

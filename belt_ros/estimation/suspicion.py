@@ -1,42 +1,38 @@
-"""A mere suspicion of a sensor: alarms of the belt wait for it, but not for ever."""
-
-_SECONDS = 1e-9
+"""Bad messages are a suspicion: alarms of the belt wait for it, but not for ever."""
 
 
 class Suspicion:
-    """How long sensors have been suspected without being called implausible.
+    """For how long so many messages have been bad, too few to call their sensor implausible.
 
     A sensor that fails is found out within a second or so, and until then its readings look like a
-    belt that slips. What is suspected for longer, such as one that sends a bad message in three,
-    does not speak against what the other readings say.
+    belt that slips. One that has sent a bad message in three for longer does not speak against what
+    the other messages say.
     """
 
     def __init__(self) -> None:
-        self._since_ns: int | None = None
-        self._sound_ns: int | None = None  # from when on nothing has been suspected
+        self._suspected = 0.0  # [s]
+        self._sound = 0.0  # [s] since anything was suspected
 
-    def holds_back(
-        self, stamp_ns: int, longest: float, sound_after: float, *, suspected: bool
-    ) -> bool:
-        """Whether alarms of the belt have to wait, at `stamp_ns`.
+    def holds_back(self, dt: float, longest: float, sound_after: float, *, suspected: bool) -> bool:
+        """Whether alarms of the belt have to wait.
 
         Parameters
         ----------
-        stamp_ns : int
-            Now [ns].
+        dt : float
+            Time since the last call [s], without gaps: what was not observed counts for nothing.
         longest : float
             Time [s] for which they wait at most.
         sound_after : float
             Time without suspicion [s] after which a new one is another one: shares of bad messages
             swing about any threshold.
         suspected : bool
-            Whether a sensor is suspected now.
+            Whether there are so many bad messages now.
         """
+        self._suspected += dt
         if not suspected:
-            self._sound_ns = stamp_ns if self._sound_ns is None else self._sound_ns
-            if (stamp_ns - self._sound_ns) * _SECONDS >= sound_after:
-                self._since_ns = None
+            self._sound += dt
+            if self._sound >= sound_after:
+                self._suspected = 0.0
             return False
-        self._sound_ns = None
-        self._since_ns = stamp_ns if self._since_ns is None else self._since_ns
-        return (stamp_ns - self._since_ns) * _SECONDS <= longest
+        self._sound = 0.0
+        return self._suspected <= longest

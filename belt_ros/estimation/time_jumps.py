@@ -40,10 +40,11 @@ class TimeJumps:
             Time from the last stamp that was used to this one [s].
         """
         forward = since_used > 0.0
-        if forward and self._count == 0 and since_used <= _LONGER * self._pace:
-            self._stamp_ns = stamp_ns
+        if forward and since_used <= _LONGER * self._pace:
             return True
         since = None if self._stamp_ns is None else (stamp_ns - self._stamp_ns) * _SECONDS
+        if since is not None and -greatest_gap <= since <= 0.0:  # the same again, or one too late
+            return False
         if since is not None and since > 0.0 and (forward or since <= greatest_gap):
             self._count += 1
             self._pace = since

@@ -105,7 +105,7 @@ class Memory:
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="belt_memory")
         self._writing: Future[_Written] | None = None
         self._kept = learner.taken_in
-        self._refused = False
+        self._refused = self._failed = False
         self._restored_age = self._saved_at = math.nan
         self._saves = 0
         self._trouble = ""
@@ -173,7 +173,15 @@ class Memory:
         self._writer.shutdown()
 
     def forget(self, ending: str = BEFORE_RESET) -> str:
-        """Rename the file, so that no run begins with it; return a clause for the log, or ""."""
+        """Rename the file, so that no run begins with it; return a clause for the log, or "".
+
+        Failures follow each other, such as those of a wrong parameter: what was learned between two
+        of them does not take the place of what was learned before the first of a run.
+        """
+        if ending == BEFORE_FAILURE:
+            if self._failed:
+                return ""
+            self._failed = True
         self._settle()
         self._restored_age = math.nan
         self._kept = self._learner.taken_in

@@ -190,6 +190,8 @@ class Pipeline:
         elapsed = 0.0 if self._used_ns is None else (now_ns - self._used_ns) * _SECONDS
         silence = min(self._meter.unused(self._steady()), elapsed)
         status = self._monitor.silent(now_ns, silence)
+        if status is None and silence > self._gap:
+            status = self._told.again()  # that it was silent before, too, is no news
         return Outcome(Rejection.NONE, alarm=status, worsened=self._told.change(status))
 
     def give_up(self) -> None:

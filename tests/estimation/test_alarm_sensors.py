@@ -210,7 +210,7 @@ def test_a_pulley_that_is_no_longer_read_is_told_of_however_briefly_it_was(
     missing = {f"{pulley}_{name}": math.nan for name in names}
     other = "driver" if pulley == "driven" else "driven"
     alone = {f"{other}_{name}": math.nan for name in names}
-    feed = Feed().steady(0.01, **alone).steady(0.01 * samples).steady(3.0, **missing)
+    feed = Feed().steady(0.01, **alone).steady(0.01 * samples).steady(3.5, **missing)
     assert feed.raised()[Condition.SENSOR_STALE] is Severity.WARNING
     assert feed.status is not None
     assert f"{pulley} speed" in feed.status.message

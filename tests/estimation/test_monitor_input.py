@@ -167,6 +167,34 @@ def test_samples_slower_than_the_gap_are_not_refused_for_ever(monitor) -> None:
     assert monitor.health.resets == 0
 
 
+@pytest.mark.parametrize("extra_ns", [0, -300_000_000, 10**12])
+def test_one_message_too_much_costs_no_slow_samples(settings, extra_ns: int) -> None:
+    """One that comes twice, or late, or with a wild stamp."""
+    monitor, refused = settings.monitor(), 0
+    for k in range(20):
+        now = dataclasses.replace(STEADY, stamp_ns=k * 2 * 10**9)
+        refused += monitor.step(now).rejection is not Rejection.NONE
+        if k == 8 or extra_ns <= 0:
+            monitor.step(dataclasses.replace(now, stamp_ns=now.stamp_ns + extra_ns))
+    assert refused == 2
+    assert monitor.health.resets == 0
+
+
+def test_fast_input_pauses_as_slow_input_does(settings) -> None:
+    """What is in a pool when a pause begins is of before it."""
+    for count in range(295, 305):
+        monitor = settings.monitor()
+        for k in range(count):
+            monitor.step(dataclasses.replace(STEADY, stamp_ns=k * 1_000_000))
+        monitor.pause()
+        alarms = []
+        for k in range(50):
+            output = monitor.step(dataclasses.replace(STEADY, stamp_ns=60 * 10**9 + k * 1_000_000))
+            assert output.rejection is Rejection.NONE
+            alarms += [output.alarm] if output.alarm else []
+        assert alarms == []
+
+
 def test_a_long_gap_ages_what_is_known(run: Runner, settings) -> None:
     monitor = settings.monitor()
     taught = run(

@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from runs import scripted
 
 from belt_ros.estimation import Condition, Measurement, Severity
+from belt_ros.estimation.condition import ConditionAlarm, Delays, Evidence
 from belt_ros.estimation.refusals import Refusals
+from belt_ros.estimation.suspicion import Suspicion
 from belt_ros.settings import DriveSettings
 
 OVERLOAD = {
@@ -120,3 +122,57 @@ def test_a_share_stays_one_whatever_the_stamps_do(events) -> None:
         now += step
         refusals.count(now, number, refused=refused)
         assert 0.0 <= refusals.share <= 1.0
+
+
+@pytest.mark.parametrize(("gap", "rate"), [(1.0, 100.0), (0.3, 100.0), (0.1, 100.0), (1.0, 4.0)])
+def test_a_sensor_that_says_nothing_but_nonsense_is_named(
+    settings: DriveSettings, gap: float, rate: float
+) -> None:
+    """However short the greatest gap: what is refused goes on counting while nothing is used."""
+    limits = dataclasses.replace(settings.limits, greatest_gap=gap)
+    monitor = dataclasses.replace(settings, limits=limits).monitor()
+    told = []
+    for k in range(400):
+        speed = 100.0 if k < 300 else math.inf
+        output = monitor.step(Measurement(round(k / rate * 1e9), speed, 99.5, 10.0, -10.0))
+        told += [output.alarm.condition] if output.alarm else []
+    assert told[-1] is Condition.SENSOR_IMPLAUSIBLE
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_sensor_that_fails_beside_a_flaky_one_is_still_not_taken_for_the_belt(
+    settings: DriveSettings, seed: int
+) -> None:
+    monitor, rng = settings.monitor(), np.random.default_rng(seed)
+    told: set[Condition] = set()
+    for k in range(1100):
+        failed = k > 800
+        speed = 100.0 + (20.0 * math.sin(0.02 * (k - 800)) if failed else 0.0)
+        a, b, c, d = (rng.normal(size=4) * (0.01, 0.01, 0.05, 0.05)).tolist()
+        flaky = math.inf if k > 200 and rng.random() < 0.3 else 0.0
+        driver = 0.0 if failed else speed + a
+        output = monitor.step(
+            Measurement(k * STEP_NS, driver, 0.995 * speed + b, 10.0 + c + flaky, -10.0 + d)
+        )
+        told |= {each.condition for each in output.alarm.conditions} if output.alarm else set()
+    assert Condition.SENSOR_IMPLAUSIBLE in told
+    assert Condition.GROSS_SLIP not in told
+
+
+def test_a_suspicion_does_not_grow_old_while_nothing_is_observed() -> None:
+    suspicion = Suspicion()
+    waits = [suspicion.holds_back(dt, 2.0, 1.0, suspected=True) for dt in (0.0, 1.0, 0.9, 0.2)]
+    assert waits == [True, True, True, False]
+    assert not suspicion.holds_back(0.5, 2.0, 1.0, suspected=False)
+    assert not suspicion.holds_back(0.1, 2.0, 1.0, suspected=True)  # the same one, still
+    assert not suspicion.holds_back(1.1, 2.0, 1.0, suspected=False)
+    assert suspicion.holds_back(0.1, 2.0, 1.0, suspected=True)
+
+
+def test_what_is_pooled_is_no_step_back_in_time() -> None:
+    """Refused messages are later than the mean of those pooled around them."""
+    alarm = ConditionAlarm(Condition.SENSOR_IMPLAUSIBLE, (Severity.ALARM,))
+    met, delays = (Evidence.MET,), Delays(0.2, 1.0)
+    stamps = [stamp for k in range(40) for stamp in (10 * k, 10 * k - 5)]  # [ms]
+    rose = [at for at in stamps if alarm.update(at * 1_000_000, met, delays, longest=1.0)]
+    assert rose == [200]

@@ -84,6 +84,19 @@ def test_what_was_restored_ages_until_it_is_used(settings: DriveSettings) -> Non
     assert told[1].stddev > 20.0
 
 
+def test_a_rest_counts_for_the_gap_in_which_it_was(settings: DriveSettings) -> None:
+    """A later gap ages the belt again."""
+    stddevs = []
+    for rest in (0.0, 30.0 * DAY):
+        monitor = settings.monitor()
+        run(monitor, 300)
+        monitor.rest(rest)
+        run(monitor, 300, round(30.0 * DAY * 1e9))
+        monitor.maintain(SET)
+        stddevs.append(tension_after(monitor, round(60.0 * DAY * 1e9)).stddev)
+    assert stddevs[1] == pytest.approx(stddevs[0], rel=0.2)
+
+
 def test_a_belt_of_which_nothing_is_known_has_nothing_to_forget(settings: DriveSettings) -> None:
     monitor = settings.monitor()
     monitor.rest(DAY)

@@ -118,3 +118,17 @@ def test_an_odd_stamp_after_activation_does_not_throw_the_run_away(tmp_path: Pat
     assert machine.stand(0.01).take(machine.now).reason is Rejection.NONE
     assert_as_set(machine.run(50))
     assert machine.pipeline.health.resets == 0
+
+
+def test_what_was_restored_is_as_old_as_its_file(tmp_path: Path) -> None:
+    """The time before it was restored, by the same clocks, counts once."""
+    machine = Machine(tmp_path / "belt.json")
+    machine.run()
+    machine.retension()
+    machine.memory.close()
+    later = Machine(tmp_path / "belt.json", machine.now)
+    later.stand(5.0 * DAY)
+    assert "2 d" not in later.said
+    late = later.pipeline.learned(DATE + later.now)
+    assert late is not None
+    assert late.date == pytest.approx(DATE + machine.now, abs=1.0)

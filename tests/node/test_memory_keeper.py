@@ -14,7 +14,7 @@ from node_harness import PAPER_DRIVE
 from belt_ros.estimation import BeltEstimate, MaintenanceKind, Measurement, MemoryRefusedError
 from belt_ros.estimation.memory_file import load
 from belt_ros.node import services
-from belt_ros.node.memory import Memory, span
+from belt_ros.node.memory import BEFORE_FAILURE, Memory, span
 from belt_ros.node.pipeline import Pipeline
 from belt_ros.settings import load_settings
 
@@ -352,3 +352,15 @@ def test_a_copy_that_cannot_be_made_is_told_of(path: Path) -> None:
     path.with_name(path.name + ".before_jump").mkdir()
     assert "cannot be copied" in run.memory.copy()
     assert "cannot be copied" in run.memory.trouble
+
+
+def test_what_was_learned_before_a_run_failed_outlives_further_failures(taught: Path) -> None:
+    run = Run(taught)
+    good = taught.read_text()
+    for _ in range(3):
+        run.memory.forget(BEFORE_FAILURE)
+        run.pipeline.give_up()
+        run.take()
+        run.memory.finish()
+    assert taught.with_name(taught.name + BEFORE_FAILURE).read_text() == good
+    assert taught.read_text() != good

@@ -134,3 +134,17 @@ def test_a_belt_that_was_silent_before_nobody_watched_it_is_told_of_once() -> No
     assert stale.condition is Condition.SENSOR_STALE
     assert (stale.count, stale.acknowledged) == (1, False)
     assert "nobody watches the belt" in stale.message
+
+
+def test_an_active_node_that_hears_nothing_does_not_say_that_it_is_inactive() -> None:
+    """Also where the sensors were silent before, which is no news."""
+    drive = Waiting()
+    for sample in range(50):
+        take_one(drive.pipeline, 1000.0 + 0.01 * sample)
+    assert drive.wait(5.0, 1001.0) is not None
+    assert drive.pipeline.end() is not None
+    drive.pipeline.begin()
+    told = drive.wait(60.0, 1010.0)
+    assert told is not None
+    assert told.condition is Condition.SENSOR_STALE
+    assert "no usable measurement" in told.message

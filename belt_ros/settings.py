@@ -165,6 +165,11 @@ def _group(name: str, kind: type, values: Mapping[str, Any]) -> Any:
     }
     if kind is Joint:
         arguments["name"] = values[f"{name}.joint"]
+        if arguments["torque_scale"] == 0.0:
+            raise SettingsError(
+                f"{name}.torque_scale is 0, by which no effort is a torque; where torque is not "
+                "measured, leave it at 1 and send NaN, or no effort"
+            )
         if abs(arguments["sign"]) != 1.0:
             raise SettingsError(f"{name}.sign is {arguments['sign']:g}; it must be 1 or -1")
     return kind(**arguments)
@@ -200,16 +205,21 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     """
     path = Path(path)
     try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise SettingsError(f"{path} is larger than {_LARGEST_FILE} bytes")
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+        large = path.stat().st_size > _LARGEST_FILE
+        document = None if large else yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SettingsError(f"cannot read {path}: {error.strerror or error}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:  # odd dates, too
         raise SettingsError(f"{path} is no valid YAML: {error}") from error
+    if large:
+        raise SettingsError(f"{path} is larger than {_LARGEST_FILE} bytes")
     try:
         return _parameters(document)
-    except SettingsError as error:
+    except RecursionError as error:
+        raise SettingsError(
+            f"{path} refers to itself: write out what its anchor stands for"
+        ) from error
+    except (SettingsError, OverflowError) as error:
         raise SettingsError(f"{path}: {error}") from error
 
 

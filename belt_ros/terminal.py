@@ -53,7 +53,7 @@ def print_summary(summary: Summary, out: Path) -> None:
 
 
 def _summary_table(summary: Summary) -> Table:
-    table = Table(title=f"{summary.drive} at the end of {summary.bag}", title_justify="left")
+    table = Table(title=Text(f"{summary.drive} at the end of {summary.bag}"), title_justify="left")
     table.add_column("quantity")
     table.add_column("estimate", justify="right")
     table.add_column("95 % interval", justify="right")

@@ -116,3 +116,22 @@ def test_a_single_drive_goes_by_no_other_name_than_its_own(file: Path) -> None:
     assert load_settings(file, drive="paper_drive").name == "paper_drive"
     with pytest.raises(SettingsError, match="no drive 'press', but one called 'paper_drive'"):
         load_settings(file, drive="press")
+
+
+@pytest.mark.parametrize(
+    ("entry", "reason"),
+    [
+        ("name: 2024-31-12", "no valid YAML: month must be in 1..12"),
+        ("prior: &a {x: *a}", "refers to itself"),
+    ],
+)
+def test_odd_yaml_is_refused_with_the_reason(file: Path, entry: str, reason: str) -> None:
+    file.write_text(f"belt_node:\n  ros__parameters:\n    {entry}\n", encoding="utf-8")
+    with pytest.raises(SettingsError, match=reason):
+        load_settings(file)
+
+
+def test_a_torque_scale_of_zero_is_refused() -> None:
+    """It would make a measured torque of none out of one that is not measured."""
+    with pytest.raises(SettingsError, match=r"driven\.torque_scale is 0"):
+        load_settings(CONFIG, {"driven.torque_scale": 0.0})

@@ -30,7 +30,7 @@ ROWS = (
 
 def live_table(state: Any, truth: Any | None, alarm: Any | None, elapsed: float) -> Table:
     """Return one picture of the drive as a table."""
-    table = Table(title=f"{state.drive_name}  {elapsed:5.1f} s  {_PHASES[state.phase]}")
+    table = Table(title=Text(f"{state.drive_name}  {elapsed:5.1f} s  {_PHASES[state.phase]}"))
     table.add_column("", min_width=22)
     table.add_column("estimate", justify="right", min_width=10)
     table.add_column("+/-", justify="right", min_width=8)

@@ -122,13 +122,15 @@ def content_hash(bag: Path) -> str:
     return whole.hexdigest()
 
 
-def configuration_hash(drives: Sequence[Described], *, smooth: bool) -> str:
+def configuration_hash(
+    drives: Sequence[Described], *, smooth: bool, topic: str | None = None
+) -> str:
     """Return a hash of all that decides on the results beside the bag."""
     plain = [
         (drive.key, dataclasses.asdict(drive.settings), dataclasses.asdict(drive.inputs))
         for drive in drives
     ]
-    text = json.dumps([belt_ros.__version__, smooth, plain], sort_keys=True, default=str)
+    text = json.dumps([belt_ros.__version__, smooth, topic, plain], sort_keys=True, default=str)
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 

@@ -105,7 +105,7 @@ def run_fleet(
         raise FleetError("there is at least one worker, and at least one attempt")
     drives = load_drives(config)
     folder = Path(out).absolute()
-    configuration = configuration_hash(drives, smooth=smooth)
+    configuration = configuration_hash(drives, smooth=smooth, topic=topic)
     jobs = [
         Job(bag.absolute(), drives, folder / BAGS_NAME, configuration, smooth, topic)
         for bag in find_bags(bags)

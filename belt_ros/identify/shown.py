@@ -2,6 +2,7 @@
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from belt_ros.identify.result import Identified, Interval
 
@@ -26,7 +27,7 @@ def print_identified(identified: Identified, console: Console | None = None) -> 
         markup=False,
         soft_wrap=True,
     )
-    table = Table(title=f"{identified.drive} by {identified.bag}", title_justify="left")
+    table = Table(title=Text(f"{identified.drive} by {identified.bag}"), title_justify="left")
     for heading in ("quantity", "value", "95 % interval", "prior", "unit", "known from"):
         table.add_column(heading, justify="left" if heading == "quantity" else "right")
     for name, label in _SHOWN.items():

@@ -14,9 +14,9 @@ class _Playback(BeltMonitor):
         self.__dict__.update(monitor.__dict__)
         self._outputs = iter(outputs)
 
-    def step(self, measurement: Measurement) -> MonitorOutput:
+    def step(self, measurement: Measurement, *, timely: bool = True) -> MonitorOutput:
         """Return what was made of the measurement that came in its place."""
-        del measurement
+        del measurement, timely
         return next(self._outputs)
 
 

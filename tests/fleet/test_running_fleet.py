@@ -62,7 +62,8 @@ def test_another_configuration_is_another_result(tmp_path, drives):
     plain = job(bag, drives, tmp_path)
     assert not do_job(plain).skipped
     other = plain._replace(configuration=configuration_hash(drives, smooth=True))
-    assert other.configuration != plain.configuration
+    of_topic = configuration_hash(drives, smooth=False, topic="/a/joint_states")
+    assert len({plain.configuration, other.configuration, of_topic}) == 3
     assert not do_job(other).skipped
     assert do_job(other).skipped
 

@@ -91,16 +91,16 @@ def _stiffness(axis: Axes, begin: int, states: list[Any], truths: list[Any]) -> 
 
 
 def _alarms(axis: Axes, begin: int, states: list[Any], alarms: list[Any]) -> None:
-    """Shade the times at which the alarm was active."""
+    """Shade the times at which the alarm was active, as long as there were states."""
     end = (stamp_ns(states[-1]) - begin) * 1e-9
     starts = [(stamp_ns(alarm) - begin) * 1e-9 for alarm in alarms]
     named: set[str] = set()
     for alarm, start, stop in zip(alarms, starts, [*starts[1:], end], strict=True):
-        if alarm.active:
+        if alarm.active and start < end:  # after the end it is silence that is told
             label = ("", "warning", "alarm", "trip")[alarm.severity]
             axis.axvspan(
                 start,
-                stop,
+                min(stop, end),
                 color=_SEVERITY_COLOURS[alarm.severity],
                 alpha=0.35,
                 lw=0,

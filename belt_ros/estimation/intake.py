@@ -1,7 +1,7 @@
 """The way of a measurement into the filter: at once, with others that wait, or not at all.
 
 Stamps that jump by more than the allowed gap are believed only when several follow each other
-(`time_jumps`); what nothing is new in waits (`lull`); what is impossible is turned away (`gate`).
+(`time_jumps`); what says nothing new waits (`lull`); what is impossible is turned away (`gate`).
 """
 
 from collections.abc import Callable

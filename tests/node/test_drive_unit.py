@@ -1,6 +1,6 @@
 """One drive of a node in this process: what it logs and keeps when estimation begins anew."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +23,9 @@ NEVER = 3600.0
 class Drive:
     """A node of one drive, its log, and its memory file."""
 
-    def __init__(self, context: Context, memory_file: Path, log: list[str]) -> None:
+    def __init__(
+        self, context: Context, memory_file: Path, console: pytest.CaptureFixture[str]
+    ) -> None:
         values = read_parameters(PAPER_DRIVE) | {
             "memory_file": str(memory_file),
             "memory_period": NEVER,
@@ -35,7 +37,7 @@ class Drive:
         (self._subscription,) = [
             each for each in self.node.subscriptions if each.topic_name == "/joint_states"
         ]
-        self.log = log
+        self._console = console
         self.path = memory_file
         self._stamp_ns = 10**12
 
@@ -56,22 +58,16 @@ class Drive:
         assert self._unit.pipeline is not None
         return self._unit.pipeline
 
-    def said(self, words: str) -> list[str]:
-        return [line for line in self.log if words in line]
+    def log(self) -> list[str]:
+        """Return what the node has logged since this was last asked."""
+        return self._console.readouterr().err.splitlines()
 
 
 @pytest.fixture
-def drive(ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Drive]:
-    lines: list[str] = []
-
-    class Logger:
-        def __getattr__(self, level: str) -> Callable[[str], None]:
-            return lines.append
-
-    monkeypatch.setattr(BeltNode, "get_logger", lambda node: Logger())
+def drive(ros_domain: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Iterator[Drive]:
     context = Context()
     rclpy.init(context=context, domain_id=ros_domain)
-    drive = Drive(context, tmp_path / "belt.json", lines)
+    drive = Drive(context, tmp_path / "belt.json", capfd)
     yield drive
     drive.node.destroy_node()
     rclpy.shutdown(context=context)
@@ -103,7 +99,8 @@ def test_what_was_learned_before_a_failure_is_set_aside_and_the_failure_told_as_
     aside = drive.path.with_name("belt.json.before_failure")
     assert aside.read_bytes() == before
     assert load(drive.path, "paper_drive") is not None
-    (line,) = drive.said("estimation failed, starting anew at the priors")
+    log = drive.log()
+    (line,) = [each for each in log if "estimation failed, starting anew at the priors" in each]
     assert line.endswith(f"; what was learned before is kept as {aside}")
-    assert drive.said("the stamps went back") == []
+    assert not any("the stamps went back" in each for each in log)
     assert drive.pipeline.health.resets == 1

@@ -7,6 +7,8 @@ Stamps that jump by more than the allowed gap are believed only when several fol
 from collections.abc import Callable
 from enum import Enum
 
+import numpy as np
+
 from belt_ros.estimation.assumptions import SensorLimits, SensorNoise
 from belt_ros.estimation.belt_filter import BeltFilter
 from belt_ros.estimation.credence import Credence
@@ -132,7 +134,8 @@ class Intake:
         assert f.stamp_ns is not None
         dt = (measurement.stamp_ns - f.stamp_ns) * _SECONDS
         try:
-            reason = self._take_in(measurement, dt, standing=standing)
+            with np.errstate(over="raise", invalid="raise"):
+                reason = self._take_in(measurement, dt, standing=standing)
         except FloatingPointError:  # beyond all reason; better to know nothing than to say NaN
             self.anew = Anew.FAILED
             return Rejection.NONE if f.start(measurement) else Rejection.INCOMPLETE

@@ -115,6 +115,11 @@ class BeltMonitor:
         """Counts and fit, also before the first estimate; here with the fit of every sensor."""
         return self._record.health
 
+    @property
+    def waiting(self) -> int:
+        """How many measurements are being pooled, neither accepted nor rejected yet."""
+        return self._pool.waiting
+
     def gross_slip_probability_at(self, torque: float) -> float:
         """Probability [-] that the belt slips at a torque [N m] on the driven pulley.
 

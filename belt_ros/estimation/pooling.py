@@ -65,6 +65,11 @@ class Pool:
             return (measurement,)
         return (self._span.mean(),)
 
+    @property
+    def waiting(self) -> int:
+        """How many measurements have been pooled and not handed on."""
+        return self._span.pooled
+
     def flush(self) -> tuple[Measurement, ...]:
         """Return the mean of what has been pooled, if anything has."""
         return (self._span.mean(),) if self._span.count else ()

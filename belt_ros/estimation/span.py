@@ -47,6 +47,8 @@ class Span:
     ----------
     count : int
         How many have been added to the present span.
+    pooled : int
+        Of how many measurements these are the means.
     first_ns : int
         Stamp of the first of them [ns].
     """
@@ -62,7 +64,7 @@ class Span:
     def clear(self) -> None:
         """Forget what has been added."""
         self.count = 0
-        self._pooled = 0
+        self.pooled = 0
         self._sum_after_first = 0  # of all stamps, from the first [ns] ...
         self._sums_after_first = [0.0] * len(Sensor)  # ... and of those that have the value
         self._sum = [0.0] * len(Sensor)
@@ -75,7 +77,7 @@ class Span:
         if self.count == 0:
             self.first_ns = measurement.stamp_ns
         self.count += 1
-        self._pooled += measurement.pooled
+        self.pooled += measurement.pooled
         after_first = measurement.stamp_ns - self.first_ns
         self._sum_after_first += measurement.pooled * after_first
         samples = measurement.samples or _ONE
@@ -118,9 +120,9 @@ class Span:
             samples[place] = 1.0
             if lags[place] != 0.0 and not math.isnan(values[speed]):
                 values[place] += values[speed] * lags[place]
-        stamp_ns = self.first_ns + round(self._sum_after_first / self._pooled)
+        stamp_ns = self.first_ns + round(self._sum_after_first / self.pooled)
         bending = self._bending(_Mean(stamp_ns, values), lags)
-        pooled = self._pooled
+        pooled = self.pooled
         self.clear()
         return Measurement(
             stamp_ns, *values, samples=tuple(samples), bending=bending, pooled=pooled
@@ -128,7 +130,7 @@ class Span:
 
     def _lags(self) -> list[float]:
         """How much later than each value's own the mean of all stamps is [s]."""
-        middle = self._sum_after_first / self._pooled
+        middle = self._sum_after_first / self.pooled
         return [
             (middle - total / count) * _SECONDS if count else 0.0
             for total, count in zip(self._sums_after_first, self._samples, strict=True)

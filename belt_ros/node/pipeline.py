@@ -116,6 +116,11 @@ class Pipeline:
         """What became of the measurements so far."""
         return self._monitor.health
 
+    @property
+    def waiting(self) -> int:
+        """How many measurements are being pooled, neither accepted nor rejected yet."""
+        return self._monitor.waiting
+
     def begin(self) -> None:
         """Listen, and count input and its absence, from now on; pool as the drive asks for."""
         self._monitor.pause()

@@ -6,10 +6,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from belt_ros.estimation import Measurement, Rejection, SensorLimits
-from belt_ros.estimation.measurement import check_measurement
+from belt_ros.estimation import Measurement, Rejection
 
-_SECOND_NS = 1e9
 _ROUNDING = 1e-9
 _NEVER_CAME = ("latency ", "processing ")  # of a period in which nothing did
 
@@ -70,58 +68,34 @@ def _check_number(name: str, value: float) -> None:
 
 
 class Ledger:
-    """Holds that what was given is accepted, counted under a reason, or waits in one pool."""
+    """Holds that what was given is accepted, counted under a reason, or waits in a pool."""
 
-    def __init__(self, limits: SensorLimits) -> None:
+    def __init__(self) -> None:
         self.given = 0
         self.last_ns: int | None = None  # stamp of the last measurement that may wait
-        self._pooled_ns: int | None = None  # stamp of the last that was pooled
-        self._waits = 0
-        self.retune(limits)
-
-    def retune(self, limits: SensorLimits) -> None:
-        """Go on with other limits."""
-        self._limits = limits
-        self._period_ns = round(limits.pool_period * _SECOND_NS)
 
     def begin(self, counted: int) -> None:
         """Count from `counted` on, as nothing waits any more."""
-        self.given = counted
-        self.forget()
-
-    def forget(self) -> None:
-        """Begin with an empty pool, as a monitor does that starts anew."""
-        self.last_ns, self._pooled_ns, self._waits = None, None, 0
+        self.given, self.last_ns = counted, None
 
     def give(self, ready: Measurement | Rejection) -> None:
         """Take note of what is handed to the pipeline next."""
         self.given += 1
-        if isinstance(ready, Rejection):
-            return
-        if check_measurement(ready, self._limits) is not Rejection.NONE:
-            return
-        if self._pooled_ns is not None and 0 <= self._pooled_ns - ready.stamp_ns < self._period_ns:
-            return  # turned away before it comes to the pool
-        before, self.last_ns = self.last_ns, ready.stamp_ns
-        pooled = before is not None and 0 < ready.stamp_ns - before < self._period_ns
-        self._waits = self._waits + 1 if pooled else 0
-        if pooled:
-            self._pooled_ns = ready.stamp_ns
+        if isinstance(ready, Measurement):
+            self.last_ns = ready.stamp_ns
 
-    def check(self, accepted: int, rejections: tuple[int, ...]) -> int:
-        """Compare with what the monitor has counted; return how many wait.
+    def check(self, accepted: int, rejections: tuple[int, ...], waiting: int) -> None:
+        """Compare with what the monitor has counted, and says to wait.
 
         Raises
         ------
         BrokenPromiseError
             If one was lost, or counted twice.
         """
-        waiting = self.given - accepted - sum(rejections)
-        if not 0 <= waiting <= self._waits:
+        if self.given != accepted + sum(rejections) + waiting:
             raise BrokenPromiseError(
                 f"{self.given} given, {accepted} accepted, {sum(rejections)} rejected, "
-                f"at most {self._waits} wait"
+                f"{waiting} wait"
             )
         if rejections[Rejection.NONE]:
             raise BrokenPromiseError("rejected for no reason")
-        return waiting

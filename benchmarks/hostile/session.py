@@ -83,7 +83,7 @@ class Session:
         self._graph = _Graph()
         self._steady = 0.0
         self._learned: Learned | None = None
-        self._ledger = Ledger(settings.limits)
+        self._ledger = Ledger()
         self.inputs = DriveInputs(
             self._graph,
             kind,
@@ -108,7 +108,6 @@ class Session:
         self.accepted = self.calls = self.refusals = 0
         self.rejected = np.zeros(len(Rejection), dtype=np.int64)
         self._counted = (0, (0,) * len(Rejection))
-        self._resets = 0
 
     def send(self, topic: str, message: Any, now_ns: int) -> None:
         """Hand over a message that comes on `topic` at ROS time `now_ns`."""
@@ -147,10 +146,8 @@ class Session:
     def _count(self) -> None:
         """Check that nothing was lost, and keep the counts for the block."""
         health = self.pipeline.health
-        if health.resets != self._resets:
-            self._resets = health.resets
-            self._ledger.forget()
-        self.waiting = self._ledger.check(health.accepted, health.rejections)
+        self.waiting = self.pipeline.waiting
+        self._ledger.check(health.accepted, health.rejections, self.waiting)
         accepted, rejections = self._counted
         self.accepted += health.accepted - accepted
         self.rejected += np.subtract(health.rejections, rejections)
@@ -185,7 +182,6 @@ class Session:
         if self._random.random() < 0.3:
             self.pipeline.reset()
             self._ledger.begin(0)
-            self._resets = self.pipeline.health.resets
             self._counted = (0, (0,) * len(Rejection))
 
     def _jump(self) -> None:
@@ -193,7 +189,6 @@ class Session:
         if self.pipeline.reset_after_jump(behind):
             health = self.pipeline.health
             self._ledger.begin(health.accepted + sum(health.rejections))
-            self._resets = health.resets
 
     def _acknowledge(self) -> None:
         status = self.pipeline.acknowledge()
@@ -223,7 +218,6 @@ class Session:
         settings = retuned(self._random, self._base)
         self.pipeline.retune(settings)
         self.inputs.retune(settings.limits.greatest_gap)
-        self._ledger.retune(settings.limits)
 
     def _learn(self) -> None:
         try:

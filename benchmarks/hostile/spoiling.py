@@ -67,7 +67,7 @@ class Spoiler:
             elif way < 0.75:
                 values[at] = random.choice(_BEYOND) * self._limits[at]
             else:
-                with np.errstate(over="ignore"):
+                with np.errstate(over="ignore", invalid="ignore"):
                     values[at] *= random.choice(_SCALES)
 
     def _last_faults(self, values: _Floats) -> None:
@@ -113,7 +113,7 @@ def _held(at: NDArray[np.int64], held: _Floats) -> Callable[[_Floats], None]:
 
 def _scaled(at: NDArray[np.int64], scale: float) -> Callable[[_Floats], None]:
     def fault(values: _Floats) -> None:
-        with np.errstate(over="ignore"):
+        with np.errstate(over="ignore", invalid="ignore"):
             values[at] *= scale
 
     return fault

@@ -1,12 +1,14 @@
 """The node as a process of its own, and a client that knows nothing of it but its messages."""
 
+import gc
 import math
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -36,6 +38,19 @@ CONFIGURE = Transition.TRANSITION_CONFIGURE
 CLEANUP = Transition.TRANSITION_CLEANUP
 ACTIVATE = Transition.TRANSITION_ACTIVATE
 DEACTIVATE = Transition.TRANSITION_DEACTIVATE
+
+
+@contextmanager
+def context_in(domain: int) -> Iterator[Context]:
+    """Give a context for nodes in this process, of which nothing is left in the graph afterwards.
+
+    A lifecycle node stays in the graph after it was destroyed until it is collected as garbage.
+    """
+    context = Context()
+    rclpy.init(context=context, domain_id=domain)
+    yield context
+    rclpy.shutdown(context=context)
+    gc.collect()
 
 
 class NodeProcess:

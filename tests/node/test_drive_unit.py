@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import rclpy
-from node_harness import PAPER_DRIVE, joint_state
+from node_harness import PAPER_DRIVE, context_in, joint_state
 from rclpy.context import Context
 from rclpy.parameter import Parameter
 
@@ -58,6 +57,11 @@ class Drive:
         assert self._unit.pipeline is not None
         return self._unit.pipeline
 
+    def end(self) -> None:
+        """Destroy the node and forget it."""
+        self.node.destroy_node()
+        del self.node, self._unit, self._subscription
+
     def log(self) -> list[str]:
         """Return what the node has logged since this was last asked."""
         return self._console.readouterr().err.splitlines()
@@ -65,12 +69,10 @@ class Drive:
 
 @pytest.fixture
 def drive(ros_domain: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Iterator[Drive]:
-    context = Context()
-    rclpy.init(context=context, domain_id=ros_domain)
-    drive = Drive(context, tmp_path / "belt.json", capfd)
-    yield drive
-    drive.node.destroy_node()
-    rclpy.shutdown(context=context)
+    with context_in(ros_domain) as context:
+        drive = Drive(context, tmp_path / "belt.json", capfd)
+        yield drive
+        drive.end()
 
 
 @pytest.mark.parametrize(
@@ -88,7 +90,7 @@ def test_what_was_learned_before_a_failure_is_set_aside_and_the_failure_told_as_
     before = drive.save()
 
     def fail(*_: object) -> None:
-        raise error
+        raise type(error)(*error.args)  # the parameter itself would keep the node by its traceback
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(*broken, fail)

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
-from node_harness import PAPER_DRIVE, joint_state
-from rclpy.context import Context
+from node_harness import PAPER_DRIVE, context_in, joint_state
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
@@ -26,8 +24,6 @@ REFUSED = TransitionCallbackReturn.FAILURE
 @pytest.fixture
 def make_node(ros_domain: int) -> Iterator[MakeNode]:
     """Make unconfigured nodes of the example drive, with changes; None leaves a value out."""
-    context = Context()
-    rclpy.init(context=context, domain_id=ros_domain)
     nodes = ExitStack()
 
     def make(**changes: Any) -> BeltNode:
@@ -40,9 +36,9 @@ def make_node(ros_domain: int) -> Iterator[MakeNode]:
         nodes.callback(node.destroy_node)
         return node
 
-    yield make
-    nodes.close()
-    rclpy.shutdown(context=context)
+    with context_in(ros_domain) as context:
+        yield make
+        nodes.close()
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from belt_ros.replay.errors import BagError
+from belt_ros.replay.sqlite_files import log_of
 
 _STORAGE = (".mcap", ".db3")
 _COMPRESSED = ".zstd"
@@ -109,13 +110,14 @@ def _is_bag(folder: Path) -> bool:
 
 def files_of(bag: Path) -> list[Path]:
     """Return the files that make up a bag, sorted; those that are read or say how to read them."""
-    if bag.is_file():
-        return [bag]
-    return sorted(
-        file
-        for file in bag.iterdir()
-        if file.is_file() and (file.name == _METADATA or file.suffix in (*_STORAGE, _COMPRESSED))
-    )
+    files = [bag] if bag.is_file() else [file for file in bag.iterdir() if _is_part(file)]
+    logs = (log_of(file) for file in files)
+    return sorted([*files, *(log for log in logs if log is not None)])
+
+
+def _is_part(file: Path) -> bool:
+    known = file.name == _METADATA or file.suffix in (*_STORAGE, _COMPRESSED)
+    return known and file.is_file()
 
 
 def size_of(bag: Path) -> int:

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from rosbags.interfaces import MessageDefinitionFormat
-from rosbags.rosbag2 import Reader
 
 from belt_ros.replay.errors import BagError, DamagedInsideError, damage_reported
+from belt_ros.replay.sqlite_files import BagReader
 
 _NOT_A_BAG = (
     "Give a rosbag2 directory (with metadata.yaml), an .mcap or a .db3 file; if it is one, it is "
@@ -48,7 +48,7 @@ class IntactSource:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._reader = Reader(path)
+        self._reader = BagReader(path)
         self._reader.open()
         self.note = ""
         self.topics = [

@@ -176,10 +176,16 @@ class SlipAlarm:
         self._judge_plausibility(stamp_ns)
         return self._news()
 
+    @property
+    def longest_silence(self) -> float:
+        """Time [s] without a usable measurement beyond which sensors count as silent.
+
+        Before the first estimate it is ten seconds at least.
+        """
+        return max(self._gap, _UNHEARD) if self._estimate is None else self._gap
+
     def silent(self, stamp_ns: int, silence: float) -> AlarmStatus | None:
         """Take in that nothing usable has come; return the status if anything changed.
-
-        Before the first estimate, ten seconds at least have to pass.
 
         Parameters
         ----------
@@ -188,8 +194,7 @@ class SlipAlarm:
         silence : float
             Time since the last measurement that was used [s].
         """
-        longest = max(self._gap, _UNHEARD) if self._estimate is None else self._gap
-        if not silence > longest:
+        if not silence > self.longest_silence:
             return None
         # Stamps before an estimate are all there is to go by: time may have begun anew.
         self._now_ns = stamp_ns if self._estimate is None else max(self._now_ns, stamp_ns)

@@ -253,6 +253,11 @@ class BeltMonitor:
             return None
         return self.alarm.acknowledge(self.estimate, condition)
 
+    @property
+    def longest_silence(self) -> float:
+        """Time [s] without a usable measurement after which `silent` has something to tell."""
+        return self.alarm.longest_silence
+
     def silent(self, stamp_ns: int, silence: float) -> AlarmStatus | None:
         """Hear that nothing usable has come for `silence` [s]; return the alarm if it has changed.
 

@@ -53,6 +53,11 @@ class Contents:
         """All topics, once for each file that has them."""
         return [topic for source in self._sources for topic in source.topics]
 
+    @property
+    def end_ns(self) -> int:
+        """Log time [ns] of the last message on any topic; 0 without one."""
+        return max((source.end_ns for source in self._sources), default=0)
+
     def names(self, type_name: str) -> list[str]:
         """Return the topics of a type: those with messages, or all if none has any."""
         found = {topic.name for topic in self.topics if topic.type_name == type_name}

@@ -89,11 +89,13 @@ class DiagnosticsLog:
             self._used_ns = sample.log_ns
         if estimate is not None:
             self._estimate = estimate
-        if alarm is None:
-            return None
+        return None if alarm is None else self.add_alarm(sample.log_ns, alarm)
+
+    def add_alarm(self, log_ns: int, alarm: AlarmStatus) -> Row | None:
+        """Take in the alarm's new status; return the drive's row if that has become worse."""
         before = Severity.NORMAL if self._alarm is None else self._alarm.severity
         self._alarm = alarm
-        return self._drive_row(sample.log_ns) if alarm.severity > before else None
+        return self._drive_row(log_ns) if alarm.severity > before else None
 
     def end(self) -> Rows | None:
         """Return log time [ns] and rows of the last, unfinished period; None if it is empty."""

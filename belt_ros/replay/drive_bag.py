@@ -127,6 +127,11 @@ class DriveBag:
         self._contents.close()
 
     @property
+    def end_ns(self) -> int:
+        """Log time [ns] of the last message in the bag, also if it is of others."""
+        return self._contents.end_ns
+
+    @property
     def joints_seen(self) -> list[str]:
         """Names of the joints in the first joint state; none if there are no joint states."""
         return [] if self._at_joints else joints_on(self._contents, self.topics[0])

@@ -35,8 +35,10 @@ class RecoveredMcap:
         self._damaged_chunks = 0
         self._whole_bytes = 0
         self._ended = False  # as a writer ends a file that it completes
+        self.end_ns = 0
         counts: dict[int, int] = {}
         for message in self._scan():
+            self.end_ns = max(self.end_ns, message.log_time)
             counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
         if not counts:
             raise BagError(

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from belt_ros.drive_inputs import InputSettings
-from belt_ros.estimation import BeltMonitor, MonitorOutput, Rejection
+from belt_ros.estimation import Rejection
 from belt_ros.estimation.hindsight import HindsightReader
 from belt_ros.estimation.smoother import Smoother
-from belt_ros.replay.diagnostics import DiagnosticsLog
-from belt_ros.replay.drive_bag import DriveBag, Sample
+from belt_ros.replay.drive_bag import DriveBag
 from belt_ros.replay.errors import BagError, DamagedInsideError
+from belt_ros.replay.forward import Forward
 from belt_ros.replay.results import ResultWriter
 from belt_ros.replay.smoothed_summary import SmoothedSummary, SmoothedTally
 from belt_ros.replay.smoothing import SmoothedRow, no_room_for_hindsight, smoothed_rows
@@ -107,7 +107,11 @@ def _pass(task: _Task, progress: Progress | None, *, salvage: bool) -> Summary:
         ResultWriter(task.out, settings.name, replace=task.replace, prefix=task.prefix) as results,
         monitor.smoother() if task.smooth else nullcontext() as smoother,
     ):
-        _filter(source, monitor, tally, results, progress)
+        forward = Forward(source, monitor, tally, results)
+        for sample in source.samples():
+            forward.take(sample)
+            _tell(progress, tally.messages, source.count)
+        forward.end(source.end_ns)
         if tally.accepted == 0:
             raise BagError(_nothing_usable(source, settings, tally))
         smoothed = None
@@ -126,48 +130,6 @@ def _pass(task: _Task, progress: Progress | None, *, salvage: bool) -> Summary:
         summary = tally.summary(task.bag.name, ", ".join(source.topics), source.note, smoothed)
         results.commit(summary.as_json())
     return summary
-
-
-def _filter(
-    source: DriveBag,
-    monitor: BeltMonitor,
-    tally: Tally,
-    results: ResultWriter,
-    progress: Progress | None,
-) -> None:
-    """Give all measurements to the monitor, and write what it says."""
-    diagnostics = DiagnosticsLog(
-        monitor.name,
-        ", ".join(source.topics),
-        monitor.limits.greatest_gap,
-        lambda: monitor.health,
-    )
-    for sample in source.samples():
-        for report in diagnostics.before(sample.log_ns):
-            results.write_diagnostics(*report)
-        output = _output(sample, monitor)
-        tally.add(output, output.alarm)
-        fresh = output.estimate if output.fresh else None
-        if fresh is not None:
-            results.write_state(sample.log_ns, fresh)
-        if output.alarm is not None:
-            results.write_alarm(sample.log_ns, output.alarm)
-        row = diagnostics.add(sample, output.rejection, fresh, output.alarm)
-        if row is not None:
-            results.write_diagnostics(sample.log_ns, (row,))
-        _tell(progress, tally.messages, source.count)
-    last = diagnostics.end()
-    if last is not None:
-        results.write_diagnostics(*last)
-
-
-def _output(sample: Sample, monitor: BeltMonitor) -> MonitorOutput:
-    if isinstance(sample.content, Rejection):
-        return monitor.reject(sample.content)
-    try:
-        return monitor.step(sample.content)
-    except OSError as error:
-        raise no_room_for_hindsight(error) from error
 
 
 def _tell(progress: Progress | None, done: int, total: int) -> None:

@@ -35,6 +35,7 @@ class Source(Protocol):
 
     topics: list[Topic]
     note: str  # what is missing; empty if nothing is
+    end_ns: int  # log time [ns] of the last message on any topic; 0 without one
 
     def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
         """Yield topic, log time [ns] and CDR bytes of every message on the topics `names`."""
@@ -51,6 +52,7 @@ class IntactSource:
         self._reader = BagReader(path)
         self._reader.open()
         self.note = ""
+        self.end_ns = max(self._reader.end_time - 1, 0)  # rosbags says when it is over
         self.topics = [
             Topic(
                 connection.topic,

@@ -114,6 +114,7 @@ class Tally:
         self.accepted = 0
         self._first_ns: int | None = None
         self._last: BeltEstimate | None = None
+        self._end_ns = 0  # of the bag, if it is far from the last measurement's
         self._elapsed_ns = 0
         self._unobserved_ns = 0
         self._severity = Severity.NORMAL
@@ -139,6 +140,14 @@ class Tally:
         self._note_alarm(alarm)
         self._note_extremes(output.estimate)
         self._last = output.estimate
+
+    def add_alarm(self, alarm: AlarmStatus) -> None:
+        """Take in the alarms' status where no message has changed it."""
+        self._note_alarm(alarm)
+
+    def outlast(self, stamp_ns: int) -> None:
+        """Hear that the bag ends at a time [ns] long after the last measurement."""
+        self._end_ns = stamp_ns
 
     def _spend_time(self, estimate: BeltEstimate) -> None:
         """Time since the last measurement counts for the state in which it left the drive."""
@@ -190,7 +199,7 @@ class Tally:
         last, first_ns = self._last, self._first_ns
         assert last is not None
         assert first_ns is not None
-        alarms = self._alarms.events(last.stamp_ns)
+        alarms = self._alarms.events(max(last.stamp_ns, self._end_ns))
         return Summary(
             drive=self._settings.name,
             bag=bag,

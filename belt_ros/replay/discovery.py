@@ -1,12 +1,14 @@
 """Which topics and joints of a bag are a drive's: found where it is clear, listed where it is not.
 
 Topics have the names that the live node listens on, in any namespace; a JointState may be on any
-topic, if only one carries both joints. A joint may be called ``robot_1/driver_pulley_joint`` or
-``left_driver_pulley_joint`` where the description says ``driver_pulley_joint``, if only one is.
+topic, if only one carries both joints among its first messages. A joint may be called
+``robot_1/driver_pulley_joint`` or ``left_driver_pulley_joint`` where the description says
+``driver_pulley_joint``, if only one is.
 """
 
 import dataclasses
 from collections.abc import Iterable, Sequence
+from itertools import chain, islice
 from typing import NamedTuple
 
 from belt_ros.drive_inputs import JOINT_STATE, Feed, InputSettings, feeds
@@ -16,6 +18,7 @@ from belt_ros.replay.contents import Contents
 from belt_ros.replay.errors import BagError
 
 _RECORD = "Record its speeds and torques with the drive running."
+_LOOKED_AT = 1000  # messages: others may send on the same topic, and more often
 Joints = tuple[Joint, Joint]
 
 
@@ -195,11 +198,12 @@ def _choice(names: Iterable[str]) -> str:
 
 
 def joints_on(contents: Contents, topic: str) -> list[str]:
-    """Return the names of the joints in the first readable message on a topic."""
+    """Return the names of the joints in the first messages on a topic, whoever sent them."""
     reader = contents.reader(JOINT_STATE, ("name",))
-    _, _, data = next(contents.messages((topic,)), ("", 0, b""))
-    message = reader.read(data)
-    return [] if message is None else list(message.name)
+    first = islice(contents.messages((topic,)), _LOOKED_AT)
+    read = (reader.read(data) for _, _, data in first)
+    names = (message.name for message in read if message is not None)
+    return list(dict.fromkeys(chain.from_iterable(names)))
 
 
 def _carries(contents: Contents, topic: str, joints: Joints) -> bool:

@@ -133,7 +133,7 @@ class DriveBag:
 
     @property
     def joints_seen(self) -> list[str]:
-        """Names of the joints in the first joint state; none if there are no joint states."""
+        """Names of the joints in the first joint states; none if there are no joint states."""
         return [] if self._at_joints else joints_on(self._contents, self.topics[0])
 
     def samples(self) -> Iterator[Sample]:

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from bags import JOINTS, START_NS, Sample, steady_run, write_bag, write_chunked_mcap
+from bags import JOINTS, START_NS, Sample, cdr, steady_run, write_bag, write_chunked_mcap
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
@@ -77,6 +77,39 @@ def test_topic_is_found_by_the_joints_it_carries(settings, tmp_path):
         assert it.topics == ("/joint_states",)
         assert it.joints_seen == list(JOINTS)
         assert len(measured(it.samples())) == 3
+
+
+def in_turns(joints: tuple[str, ...]) -> list[Sample | bytes]:
+    """Five messages of an arm, then by turns those of the arm and of three samples of the drive."""
+    arm, drive = steady_run(8), steady_run(3, seed=1)
+    turns = [cdr(sample, ("shoulder", "elbow")) for sample in arm]
+    for place, sample in zip((5, 7, 9), drive, strict=True):
+        turns.insert(place, cdr(sample, joints))
+    return turns
+
+
+def test_a_drive_is_found_where_others_speak_first_on_its_topic(settings, tmp_path):
+    other = [cdr(sample, ("wheel", "gripper")) for sample in steady_run(5)]
+    bag = write_bag(tmp_path / "bag", {"/a": other, "/b": in_turns(JOINTS)})
+    with DriveBag(bag, settings) as it:
+        assert it.topics == ("/b",)
+        assert len(measured(it.samples())) == 3
+
+
+def test_joints_are_found_by_the_end_of_their_names_where_others_speak_first(settings, tmp_path):
+    there = tuple(f"line/{name}" for name in JOINTS)
+    bag = write_bag(tmp_path / "bag", {"/joint_states": in_turns(there)})
+    with DriveBag(bag, settings) as it:
+        assert len(measured(it.samples())) == 3
+        assert it.joints_seen == ["shoulder", "elbow", *there]
+
+
+def test_a_joint_that_two_senders_could_mean_is_taken_for_neither(settings, tmp_path):
+    both = [in_turns(tuple(f"{side}_{name}" for name in JOINTS)) for side in ("left", "right")]
+    bag = write_bag(tmp_path / "bag", {"/joint_states": [*both[0], *both[1]]})
+    with DriveBag(bag, settings) as it:
+        assert it.note == ""
+        assert measured(it.samples()) == []
 
 
 def test_several_candidates_are_listed_and_one_can_be_chosen(settings, tmp_path):

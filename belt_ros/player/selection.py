@@ -11,10 +11,10 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.validate_full_topic_name import validate_full_topic_name
 from rosbags.interfaces import ConnectionExtRosbag2, Qos, QosDurability, QosReliability, QosTime
-from rosbags.rosbag2 import Reader
 
 from belt_ros.replay.errors import BagError
 from belt_ros.replay.sources import Topic
+from belt_ros.replay.sqlite_files import BagReader
 
 _DEPTH = 100  # at least: recorders mostly do not know it
 _FOREVER = 2**31 - 1  # [s]
@@ -129,7 +129,7 @@ def _offered(path: Path) -> dict[str, tuple[Qos, ...]]:
     """Return the quality of service that was offered on each topic, where the bag knows it."""
     found: dict[str, tuple[Qos, ...]] = {}
     # A bag that can be read file by file only has lost its metadata.
-    with suppress(Exception), Reader(path) as reader:
+    with suppress(Exception), BagReader(path) as reader:
         for connection in reader.connections:
             extension = connection.ext
             if isinstance(extension, ConnectionExtRosbag2):

@@ -185,7 +185,8 @@ def test_what_was_offered_is_offered_again(client: Client, ros_domain: int, tmp_
         chosen = [item for item in reader.connections if item.topic == "/joint_states"]
         for _, log_ns, data in reader.messages(chosen):
             writer.write(out, log_ns, data)
-    with Playing(ros_domain, tmp_path / "bag", wait=0.0) as playing:
+    file = (tmp_path / "bag" / "bag.db3").rename(tmp_path / "run#1.db3")
+    with Playing(ros_domain, file, wait=0.0) as playing:
         offers = client.node.get_publishers_info_by_topic
 
         def offered() -> list[QoSProfile]:

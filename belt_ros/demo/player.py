@@ -51,7 +51,7 @@ class Player:
         self._contents = Contents(bag)
         try:
             topic = _playable(self._contents, settings)
-            self._messages = self._contents.messages((topic,))
+            self._messages = self._contents.messages({topic: JOINT_STATE})
             self._next = next(self._messages, None)
         except BaseException:
             self._contents.close()

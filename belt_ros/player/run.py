@@ -20,7 +20,7 @@ from belt_ros.player.keys import Keys
 from belt_ros.player.pace import Pace
 from belt_ros.player.selection import CLOCK, Route, Selection, remappings, selection
 from belt_ros.replay.errors import BagError
-from belt_ros.replay.sources import Source, close_all, open_sources
+from belt_ros.replay.sources import Source, Wanted, close_all, open_sources
 
 _SECOND_NS = 1_000_000_000
 _LOOK = 0.02  # [s] between looks at keys and signals
@@ -64,6 +64,7 @@ class _Stage(Node):
             route.recorded: self.create_publisher(route.kind, route.published, route.quality)
             for route in routes
         }
+        self.types = {route.recorded: route.type_name for route in routes}
         self._time = self.create_publisher(Clock, CLOCK, 10) if clock else None
         self._clock_ns: int | None = None
 
@@ -216,7 +217,7 @@ class _Show:
     def _once(self, sources: list[Source]) -> bool:
         """Whether there was anything, and all of it went out."""
         begun = False
-        for topic, log_ns, content in _messages(sources, self._stage.outlets):
+        for topic, log_ns, content in _messages(sources, self._stage.types):
             if not begun:
                 self._pace.start(log_ns, time.monotonic())
                 begun = True
@@ -243,8 +244,6 @@ class _Show:
             time.sleep(min(left, _LOOK) if math.isfinite(left) else _LOOK)
 
 
-def _messages(
-    sources: list[Source], outlets: dict[str, Publisher[Any]]
-) -> Iterator[tuple[str, int, bytes]]:
+def _messages(sources: list[Source], wanted: Wanted) -> Iterator[tuple[str, int, bytes]]:
     for source in sources:
-        yield from source.messages(outlets.keys())
+        yield from source.messages(wanted)

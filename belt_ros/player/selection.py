@@ -26,6 +26,7 @@ class Route(NamedTuple):
 
     recorded: str
     published: str
+    type_name: str
     kind: type[Any]
     quality: QoSProfile
 
@@ -97,7 +98,7 @@ def selection(
             left_out[name] = f"{types[name]} is not installed"
         else:
             quality = _quality(offered.get(name, ()))
-            routes.append(Route(name, renamed.get(name, name), kind, quality))
+            routes.append(Route(name, renamed.get(name, name), types[name], kind, quality))
     if not routes:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
         raise BagError(f"{path}: nothing to publish ({reasons or 'it holds no messages'})")

@@ -13,7 +13,7 @@ from belt_ros.drive_inputs import JOINT_STATE
 from belt_ros.message_types import belt_typestore
 from belt_ros.replay.errors import BagError, damage_reported
 from belt_ros.replay.joint_states import JointStateReader, Reader
-from belt_ros.replay.sources import Topic, close_all, open_sources
+from belt_ros.replay.sources import Topic, Wanted, close_all, open_sources
 
 _DEFINITIONS = 16  # kept for the next bag
 
@@ -60,18 +60,17 @@ class Contents:
 
     def names(self, type_name: str) -> list[str]:
         """Return the topics of a type: those with messages, or all if none has any."""
-        found = {topic.name for topic in self.topics if topic.type_name == type_name}
-        filled = {topic.name for topic in self.topics if topic.messages and topic.name in found}
-        return sorted(filled or found)
+        found = [topic for topic in self.topics if topic.type_name == type_name]
+        return sorted({topic.name for topic in found if topic.messages} or {t.name for t in found})
 
-    def count(self, names: Collection[str]) -> int:
-        """Return the number of messages on some topics."""
-        return sum(topic.messages for topic in self.topics if topic.name in names)
+    def count(self, wanted: Wanted) -> int:
+        """Return the number of messages that are wanted."""
+        return sum(t.messages for t in self.topics if wanted.get(t.name) == t.type_name)
 
-    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, log time [ns] and bytes of all messages on some topics, in bag order."""
+    def messages(self, wanted: Wanted) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and bytes of all messages that are wanted, in bag order."""
         for source in self._sources:
-            yield from source.messages(names)
+            yield from source.messages(wanted)
 
     def reader(self, type_name: str, fields: Collection[str] = ()) -> Reader:
         """Return what decodes messages of a type, as the bag itself defines it.

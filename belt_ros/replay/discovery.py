@@ -104,13 +104,16 @@ def _find(
 def _found(
     contents: Contents, wired: Iterable[Feed], names: Iterable[str], joints: Joints, note: str = ""
 ) -> Found:
-    """Leave out what the bag does not have and what is not needed."""
-    there = {topic.name for topic in contents.topics}
-    pairs = [
-        (feed, name)
-        for feed, name in zip(wired, names, strict=True)
-        if feed.needed or name in there
-    ]
+    """Leave out what the bag does not have, or as another type, and what is not needed."""
+    there = {(topic.name, topic.type_name) for topic in contents.topics}
+    types = dict(sorted(there))
+    pairs = []
+    for feed, name in zip(wired, names, strict=True):
+        if feed.needed or (name, feed.type_name) in there:
+            pairs.append((feed, name))
+        elif name in types:
+            other = f"{name} is of type {types[name]}, not {feed.type_name}, and was not read."
+            note = f"{note} {other}".lstrip()
     return Found(tuple(f for f, _ in pairs), tuple(name for _, name in pairs), joints, note)
 
 
@@ -200,7 +203,7 @@ def _choice(names: Iterable[str]) -> str:
 def joints_on(contents: Contents, topic: str) -> list[str]:
     """Return the names of the joints in the first messages on a topic, whoever sent them."""
     reader = contents.reader(JOINT_STATE, ("name",))
-    first = islice(contents.messages((topic,)), _LOOKED_AT)
+    first = islice(contents.messages({topic: JOINT_STATE}), _LOOKED_AT)
     read = (reader.read(data) for _, _, data in first)
     names = (message.name for message in read if message is not None)
     return list(dict.fromkeys(chain.from_iterable(names)))

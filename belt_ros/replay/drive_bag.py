@@ -109,7 +109,10 @@ class DriveBag:
             settings.limits.greatest_gap,
         )
         self.note = f"{self._contents.note} {found.note}".strip()
-        self.count = self._contents.count(self.topics)
+        self._wanted = {
+            name: feed.type_name for feed, name in zip(found.feeds, found.topics, strict=True)
+        }
+        self.count = self._contents.count(self._wanted)
 
     def __enter__(self) -> "DriveBag":
         return self
@@ -142,7 +145,7 @@ class DriveBag:
         What waits for other topics leaves at the end, and where nothing was logged for a while.
         """
         before_ns: int | None = None
-        for topic, log_ns, data in self._contents.messages(self.topics):
+        for topic, log_ns, data in self._contents.messages(self._wanted):
             if before_ns is not None and abs(log_ns - before_ns) > _QUIET_NS:
                 yield from self._ready(self._assembler.flush(), before_ns)
             before_ns = log_ns

@@ -5,7 +5,7 @@ beginning, and every chunk that is whole and passes its checksum is used.
 """
 
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO, TypeGuard
 
@@ -14,7 +14,7 @@ from mcap.records import Channel, Chunk, DataEnd, McapRecord, Message, Schema
 from mcap.stream_reader import StreamReader, breakup_chunk
 
 from belt_ros.replay.errors import BagError
-from belt_ros.replay.sources import Topic
+from belt_ros.replay.sources import Topic, Wanted
 
 _LARGEST_RECORD = 2**30  # [bytes] beyond it, a length is taken for damage
 
@@ -56,6 +56,11 @@ class RecoveredMcap:
         text = schema.data.decode(errors="replace") if schema.encoding == "ros2msg" else ""
         return Topic(channel.topic, schema.name, text, count)
 
+    def _type_of(self, channel: Channel) -> str:
+        """Return the type of a channel's messages; "" where that is lost."""
+        schema = self._schemas.get(channel.schema_id)
+        return "" if schema is None else schema.name
+
     def _describe(self, count: int) -> str:
         lost = self._path.stat().st_size - self._whole_bytes
         parts = [f"{self._path.name} is damaged: {count} messages recovered"]
@@ -65,12 +70,12 @@ class RecoveredMcap:
             parts.append(f"{self._damaged_chunks} chunks are unreadable and left out")
         return ", ".join(parts) + "."
 
-    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, log time [ns] and CDR bytes of every recovered message on `names`."""
+    def messages(self, wanted: Wanted) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every recovered message that is wanted."""
         for message in self._scan():
-            topic = self._channels[message.channel_id].topic
-            if topic in names:
-                yield topic, message.log_time, message.data
+            channel = self._channels[message.channel_id]
+            if wanted.get(channel.topic) == self._type_of(channel):
+                yield channel.topic, message.log_time, message.data
 
     def close(self) -> None:
         """Nothing stays open between passes."""

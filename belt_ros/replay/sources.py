@@ -1,7 +1,7 @@
 """Where messages come from: a whole bag, its files one by one, or what is left of a broken one."""
 
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -19,6 +19,8 @@ _DAMAGED_INSIDE = (
     "The recording is damaged inside. Copy it again, or repair it with `mcap recover` and replay "
     "the repaired file."
 )
+Wanted = Mapping[str, str]
+"""Topics by their names, and of which type: one topic may have messages of several."""
 
 
 class Topic(NamedTuple):
@@ -37,8 +39,8 @@ class Source(Protocol):
     note: str  # what is missing; empty if nothing is
     end_ns: int  # log time [ns] of the last message on any topic; 0 without one
 
-    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, log time [ns] and CDR bytes of every message on the topics `names`."""
+    def messages(self, wanted: Wanted) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every message that is wanted."""
 
     def close(self) -> None:
         """Release the files."""
@@ -65,9 +67,11 @@ class IntactSource:
             for connection in self._reader.connections
         ]
 
-    def messages(self, names: Collection[str]) -> Iterator[tuple[str, int, bytes]]:
-        """Yield topic, log time [ns] and CDR bytes of every message on the topics `names`."""
-        chosen = [item for item in self._reader.connections if item.topic in names]
+    def messages(self, wanted: Wanted) -> Iterator[tuple[str, int, bytes]]:
+        """Yield topic, log time [ns] and CDR bytes of every message that is wanted."""
+        chosen = [
+            item for item in self._reader.connections if wanted.get(item.topic) == item.msgtype
+        ]
         if not chosen:
             return
         # Only reading is watched: what the taker of a message raises does not come through here.

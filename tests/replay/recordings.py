@@ -25,6 +25,14 @@ def pulley_state(stamp_ns: int, *values: float) -> Any:
     return TYPES.types[PULLEY_STATE](header(stamp_ns), *values)
 
 
+def float32(value: float) -> Any:
+    return TYPES.types["std_msgs/msg/Float32"](value)
+
+
+def text(value: str) -> Any:
+    return TYPES.types["std_msgs/msg/String"](value)
+
+
 def float64(value: float) -> Any:
     return TYPES.types[FLOAT64](value)
 
@@ -41,13 +49,14 @@ def record(
     writer = Writer(path, version=version, storage_plugin=plugin)
     if compression is not None:
         writer.set_compression(compression, CompressionFormat.ZSTD)
-    connections: dict[str, Any] = {}
+    connections: dict[tuple[str, str], Any] = {}
     with writer:
         for log_ns, topic, message in logged:
             kind = message.__msgtype__
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=TYPES)
-            writer.write(connections[topic], log_ns, TYPES.serialize_cdr(message, kind))
+            if (topic, kind) not in connections:
+                connection = writer.add_connection(topic, kind, typestore=TYPES)
+                connections[topic, kind] = connection
+            writer.write(connections[topic, kind], log_ns, TYPES.serialize_cdr(message, kind))
     return path
 
 
@@ -81,4 +90,14 @@ def numbers(count: int, prefix: str = "") -> list[Logged]:
     ]
 
 
-__all__ = ["JOINT_STATE", "TYPES", "float64", "numbers", "pulley_state", "pulleys", "record"]
+__all__ = [
+    "JOINT_STATE",
+    "TYPES",
+    "float32",
+    "float64",
+    "numbers",
+    "pulley_state",
+    "pulleys",
+    "record",
+    "text",
+]

@@ -129,7 +129,7 @@ def test_the_reader_of_a_bag_is_quick_only_where_the_bag_means_the_same(tmp_path
         writer.write(connection, 1, types.serialize_cdr(message, JOINT_STATE))
     contents = Contents(tmp_path / "other")
     reader = contents.reader(JOINT_STATE)
-    ((_, _, data),) = contents.messages(["/joint_states"])
+    ((_, _, data),) = contents.messages({"/joint_states": JOINT_STATE})
     assert (reader.read(data).velocity, reader.read(data).position) == (3.0, 4.0)
     contents.close()
 

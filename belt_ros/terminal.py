@@ -93,7 +93,7 @@ def _summary_lines(summary: Summary) -> list[str]:
     lines.append(f"phases: {_shares(summary.time_in_phase)}")
     if summary.alarms:
         lines.append(
-            f"alarms: {len(summary.alarms)} raised, worst {summary.worst_severity}; "
+            f"alarms: {summary.alarms_raised} raised, worst {summary.worst_severity}; "
             f"{_shares(summary.time_in_severity)}"
         )
     else:

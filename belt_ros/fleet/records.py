@@ -82,7 +82,7 @@ def row_of(bag: Path, summary: Summary, result: str) -> Row:
         mu_learned=known[_MU] == "learned",
         worst_margin=math.nan if margin is None else margin.value,
         worst_margin_stddev=math.nan if margin is None else margin.stddev,
-        alarms=len(summary.alarms),
+        alarms=summary.alarms_raised,
         worst_severity=summary.worst_severity,
         alarm_seconds=sum(summary.time_in_alarm.values(), 0.0),
         alarm_names=", ".join(summary.time_in_alarm),

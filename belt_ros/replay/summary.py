@@ -56,7 +56,7 @@ class Summary:
     greatest_excess_slip: Extreme | None
     time_in_phase: dict[str, float]
     time_in_severity: dict[str, float]
-    alarms_raised: int
+    alarms_raised: int  # each of them, also while others are
     worst_severity: str
     alarms: tuple[AlarmEvent, ...]
     time_in_alarm: dict[str, float]
@@ -119,7 +119,6 @@ class Tally:
         self._unobserved_ns = 0
         self._severity = Severity.NORMAL
         self._worst_severity = Severity.NORMAL
-        self._raised = 0
         self._alarms = AlarmLog()
         self._phase_ns = dict.fromkeys(Phase, 0)
         self._severity_ns = dict.fromkeys(Severity, 0)
@@ -169,8 +168,6 @@ class Tally:
         if alarm is None:
             return
         self._alarms.add(alarm)
-        if self._severity is Severity.NORMAL and alarm.active:
-            self._raised += 1
         self._severity = alarm.severity
         self._worst_severity = max(self._worst_severity, alarm.severity)
 
@@ -218,7 +215,7 @@ class Tally:
             greatest_excess_slip=self._extremes.get("excess_slip"),
             time_in_phase=_seconds(self._phase_ns),
             time_in_severity=_seconds(self._severity_ns),
-            alarms_raised=self._raised,
+            alarms_raised=len(alarms),
             worst_severity=self._worst_severity.name.lower(),
             alarms=alarms,
             time_in_alarm=time_in_alarms(alarms),

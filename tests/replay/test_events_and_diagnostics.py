@@ -41,6 +41,16 @@ def test_events_are_what_the_alarm_topic_tells(replayed):
     )
 
 
+def test_every_alarm_that_was_raised_counts_also_while_others_are(replayed):
+    summary, out = replayed
+    raised, before = 0, set()
+    for _, message in messages(out, ALARM):
+        now = {each.condition for each in message.conditions if each.active}
+        raised += len(now - before)
+        before = now
+    assert summary.alarms_raised == len(summary.alarms) == raised > 1
+
+
 def test_diagnostics_come_every_second_and_when_an_alarm_gets_worse(replayed):
     summary, out = replayed
     told = messages(out, DIAGNOSTICS)

@@ -108,6 +108,21 @@ def test_what_is_no_bag_is_one_line(tmp_path):
     assert_one_line(belt("replay", tmp_path / "gone", "-c", CONFIG), "no such file")
 
 
+def test_what_a_pattern_matches_beside_bags_is_told_and_no_failure(bag, tmp_path):
+    (bag.parent / "notes.txt").touch()
+    pattern = f"{bag.parent}/*[gt]"
+    for words in (("replay", pattern, "--no-smooth"), ("fleet", pattern, "--workers", "1")):
+        out = tmp_path / words[0]
+        result = belt(*words, "-c", CONFIG, "-o", out)
+        assert result.exit_code == 0, result.output
+        assert "1 of 2 matches are no bags and are left alone: notes.txt" in result.stderr
+        quiet = belt(*words, "-c", CONFIG, "-o", tmp_path / f"{words[0]}_quiet", "--quiet")
+        assert (quiet.exit_code, quiet.output) == (0, "")
+    nothing = belt("replay", f"{bag.parent}/*.txt", "-c", CONFIG)
+    assert_one_line(nothing, r"nothing that matches it is a bag: notes\.txt")
+    assert_one_line(belt("replay", bag.parent / "notes.txt", "-c", CONFIG), "rosbag2 directory")
+
+
 @pytest.mark.parametrize("words", [("replay",), ("replay", "bag"), ("check",), ("mistyped",)])
 def test_wrong_usage_exits_with_2(words):
     result = belt(*words)

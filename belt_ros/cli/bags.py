@@ -1,5 +1,6 @@
 """Commands about bags: replay, identify, report, fleet."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -8,6 +9,8 @@ import typer
 from belt_ros.cli.app import Config, app, errors_in_one_line, progress_bar, say_error
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from belt_ros.replay.drives import Outcome
 
 
@@ -47,7 +50,7 @@ def replay(
         from belt_ros.replay.drives import load_drives, replay_drives
 
         drives = load_drives(config)
-        found = find_bags(bags)
+        found = find_bags(bags, tell=_teller(quiet=quiet))
         for bag, name in zip(found, result_names(found), strict=True):
             with progress_bar(f"replaying {bag.name}", quiet=quiet) as progress:
                 outcomes = list(
@@ -64,6 +67,11 @@ def replay(
             failed += sum(_tell(outcome, quiet=quiet) for outcome in outcomes)
     if failed:
         raise typer.Exit(1)
+
+
+def _teller(*, quiet: bool) -> "Callable[[str], None] | None":
+    """Return what tells the user beside the results; nothing does where it is to be quiet."""
+    return None if quiet else partial(typer.echo, err=True)
 
 
 def _tell(outcome: "Outcome", *, quiet: bool) -> bool:
@@ -191,6 +199,7 @@ def fleet(
             smooth=smooth,
             topic=topic,
             progress=progress,
+            tell=_teller(quiet=quiet),
         )
     for row in result.rows:
         if row.error:

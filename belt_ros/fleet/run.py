@@ -15,7 +15,7 @@ from belt_ros.fleet.records import Row, configuration_hash
 from belt_ros.fleet.table import write_tables
 from belt_ros.fleet.trends import DriveTrend, trends
 from belt_ros.fleet.work import Done, Job
-from belt_ros.replay.bags import find_bags, size_of
+from belt_ros.replay.bags import Tell, find_bags, size_of
 from belt_ros.replay.drives import load_drives
 
 BAGS_NAME = "bags"
@@ -63,6 +63,7 @@ def run_fleet(
     topic: str | None = None,
     attempts: int = ATTEMPTS,
     progress: Progress | None = None,
+    tell: Tell | None = None,
 ) -> FleetResult:
     """Replay many bags, and sum up what they say of each drive over the months.
 
@@ -91,11 +92,13 @@ def run_fleet(
         How often a bag is tried whose worker dies of it.
     progress : callable, optional
         Given the bags done, parts of one included, and their number, now and then.
+    tell : callable, optional
+        Given lines for the user.
 
     Raises
     ------
     BagError
-        If a pattern matches nothing.
+        If a pattern matches nothing, or no bag.
     SettingsError
         If the description cannot be used.
     FleetError
@@ -108,7 +111,7 @@ def run_fleet(
     configuration = configuration_hash(drives, smooth=smooth, topic=topic)
     jobs = [
         Job(bag.absolute(), drives, folder / BAGS_NAME, configuration, smooth, topic)
-        for bag in find_bags(bags)
+        for bag in find_bags(bags, tell=tell)
     ]
     # A long bag begun last would keep one worker at it while all others have nothing to do.
     longest = sorted(jobs, key=lambda job: size_of(job.bag), reverse=True)

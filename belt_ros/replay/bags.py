@@ -3,7 +3,7 @@
 import glob
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 
@@ -13,22 +13,32 @@ from belt_ros.replay.sqlite_files import log_of
 _STORAGE = (".mcap", ".db3")
 _COMPRESSED = ".zstd"
 _METADATA = "metadata.yaml"
+_MOST_NAMED = 5
 _RESULTS = ("summary.json", "record.json", "fleet.json")
+Tell = Callable[[str], None]
 
 
-def find_bags(given: Iterable[str | Path]) -> list[Path]:
+def find_bags(given: Iterable[str | Path], *, tell: Tell | None = None) -> list[Path]:
     """Return the bags that are meant, each once, in the order given; those of a pattern sorted.
 
     A directory is a bag if it has a metadata.yaml, or nothing but storage files numbered as parts
     of one; else it stands for all bags below it. Results of this package are passed over. What is
     given by name is returned whether or not it is a bag: who reads it says what is wrong with it.
+    What a pattern matches beside bags is left alone.
+
+    Parameters
+    ----------
+    given : iterable of path
+    tell : callable, optional
+        Given a line for the user on what is left alone.
 
     Raises
     ------
     BagError
-        If a pattern matches nothing, or there is no bag below a directory.
+        If a pattern matches nothing, or no bag.
     """
-    found = chain.from_iterable(_meant(str(each)) for each in given)
+    told = tell or (lambda _line: None)
+    found = chain.from_iterable(_meant(str(each), told) for each in given)
     unique = {path.resolve(): path for path in found}
     return list(unique.values())
 
@@ -56,27 +66,30 @@ def result_names(bags: Sequence[Path]) -> list[str]:
             depths[at] = min(depths[at] + 1, len(parts[at]))
 
 
-def _meant(text: str) -> Iterator[Path]:
+def _meant(text: str, tell: Tell) -> list[Path]:
     path = Path(text).expanduser()
     if path.exists() or not glob.has_magic(text):
-        yield from _at(path, by_name=True)
-        return
+        return _bags_at(path) or [path]
     root = Path(path.anchor)
     matches = sorted(root.glob(str(path.relative_to(root)))) if path.name else []
     if not matches:
         raise BagError(f"{text}: nothing matches it. Check the pattern.")
-    for match in matches:
-        yield from _at(match, by_name=False)
+    found = {match: _bags_at(match) for match in matches}
+    others = [match.name for match, bags in found.items() if not bags]
+    named = ", ".join(others[:_MOST_NAMED]) + (", ..." if len(others) > _MOST_NAMED else "")
+    if len(others) == len(matches):
+        raise BagError(f"{text}: nothing that matches it is a bag: {named}. Check the pattern.")
+    if others:
+        share = f"{len(others)} of {len(matches)} matches"
+        tell(f"{text}: {share} are no bags and are left alone: {named}")
+    return list(chain.from_iterable(found.values()))
 
 
-def _at(path: Path, *, by_name: bool) -> Iterator[Path]:
-    if not path.is_dir() or _is_bag(path):
-        yield path
-        return
-    below = list(_below(path))
-    if not below and by_name:
-        yield path
-    yield from below
+def _bags_at(path: Path) -> list[Path]:
+    """Return the bag that is at a path, or those below it."""
+    if not path.is_dir():
+        return [path] if path.suffix in _STORAGE else []
+    return [path] if _is_bag(path) else list(_below(path))
 
 
 def _below(folder: Path) -> Iterator[Path]:

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from belt_ros.estimation import (
     AlarmSettings,
     BeltMonitor,
@@ -27,6 +25,7 @@ from belt_ros.mechanics import Belt, BeltDrive, DriveError, Kinematics, Pulley, 
 from belt_ros.node_tables import ALL_PARAMETERS, NODE_PARAMETERS, OF_EVERY_NODE
 from belt_ros.parameter_table import GROUPS, PARAMETERS, SettingsError
 from belt_ros.several_drives import DriveNamesError, drive_names, values_of_drive
+from belt_ros.yaml_text import YAMLError, yaml_content
 
 _LARGEST_FILE = 1_000_000
 
@@ -76,6 +75,16 @@ def _flatten(mapping: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str
             yield f"{prefix}{key}", value
 
 
+def _flat(mapping: Mapping[Any, Any]) -> dict[str, object]:
+    """Return values by flat names, of which none stands for two."""
+    flat: dict[str, object] = {}
+    for name, value in _flatten(mapping):
+        if name in flat:
+            raise SettingsError(f"{name} is given twice, in one word and in parts; leave one")
+        flat[name] = value
+    return flat
+
+
 def _sections(document: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
     """Names of nodes in a ROS parameter file, and the parameters of each."""
     for name, content in document.items():
@@ -95,23 +104,20 @@ def _parameters(document: object) -> dict[str, object]:
     """Flat parameters of a drive description: of a plain mapping, or as a node would take them."""
     if not isinstance(document, Mapping):
         raise SettingsError("a drive description is a YAML mapping; see config/ for examples")
-    sections = dict(_sections(document))
+    sections = list(_sections(document))
     if not sections:
-        return dict(_flatten(document))
-    own = [name for name in sections if names_belt_node(name)]
+        return _flat(document)
+    own = [section for section in sections if names_belt_node(section[0])]
     if not own and len(sections) > 1:
-        raise SettingsError(
-            f"it has parameters for {', '.join(map(str, sections))}, but none for belt_node or /**"
-        )
-    spaces = {name.strip("/").rpartition("/")[0] for name in own} - {"", "*", "**"}
+        names = ", ".join(name for name, _ in sections)
+        raise SettingsError(f"it has parameters for {names}, but none for belt_node or /**")
+    spaces = {name.strip("/").rpartition("/")[0] for name, _ in own} - {"", "*", "**"}
     if len(spaces) > 1:
         raise SettingsError(
             f"it has parameters for belt_node in {', '.join(sorted(spaces))}; give each of these "
             "nodes a file of its own"
         )
-    return {
-        name: value for section in own or sections for name, value in _flatten(sections[section])
-    }
+    return {name: value for _, content in own or sections for name, value in _flat(content).items()}
 
 
 def settings_from_parameters(values: Mapping[str, object]) -> DriveSettings:
@@ -201,15 +207,16 @@ def read_parameters(path: str | Path) -> dict[str, object]:
     Raises
     ------
     SettingsError
-        If the file cannot be read, is no YAML, or is larger than a drive description can be.
+        If the file cannot be read, is no YAML, gives anything twice, or is larger than a drive
+        description can be.
     """
     path = Path(path)
     try:
         large = path.stat().st_size > _LARGEST_FILE
-        document = None if large else yaml.safe_load(path.read_text(encoding="utf-8"))
+        document = None if large else yaml_content(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise SettingsError(f"cannot read {path}: {error.strerror or error}") from error
-    except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:  # odd dates, too
+    except (YAMLError, ValueError, OverflowError, RecursionError) as error:  # odd dates, too
         raise SettingsError(f"{path} is no valid YAML: {error}") from error
     if large:
         raise SettingsError(f"{path} is larger than {_LARGEST_FILE} bytes")

@@ -1,4 +1,61 @@
-"""Numbers as a ROS 2 parameter file wants them: a point in each, a sign in each exponent."""
+"""YAML of ROS 2 parameter files: read so that nothing is lost, written as ROS 2 takes it.
+
+The only place that knows the library, so that every file is read alike.
+"""
+
+from typing import Any
+
+import yaml
+from yaml import YAMLError
+from yaml.nodes import MappingNode, Node, ScalarNode
+
+__all__ = [
+    "MappingNode",
+    "ScalarNode",
+    "YAMLError",
+    "yaml_content",
+    "yaml_node",
+    "yaml_number",
+    "yaml_string",
+]
+
+
+class _Loader(yaml.SafeLoader):
+    """Refuses a key that stands twice in a mapping; the base class drops the first one's value."""
+
+    def compose_mapping_node(self, anchor: Any) -> MappingNode:
+        """Return a mapping, before anchors are merged into it; these may be replaced."""
+        node = super().compose_mapping_node(anchor)
+        lines: dict[str, int] = {}
+        for key, _ in node.value:
+            if not isinstance(key, ScalarNode):
+                continue
+            line = key.start_mark.line + 1
+            if key.value in lines:  # names of parameters are text, so 1 is '1' here
+                raise YAMLError(
+                    f"{key.value} is given in line {lines[key.value]} and again in line {line}; "
+                    "put them together"
+                )
+            lines[key.value] = line
+        return node
+
+
+def yaml_content(text: str) -> object:
+    """Return what YAML text says.
+
+    Raises
+    ------
+    YAMLError
+        If it is no YAML, or a mapping has a key twice.
+    ValueError, OverflowError, RecursionError
+        For values that cannot be, such as dates that do not exist.
+    """
+    return yaml.load(text, _Loader)  # noqa: S506  a safe loader
+
+
+def yaml_node(text: str) -> Node | None:
+    """Return the root of YAML text, which knows where in it everything stands; errors as above."""
+    return yaml.compose(text, _Loader)
 
 
 def yaml_number(value: float, digits: int = 4) -> str:
@@ -8,3 +65,9 @@ def yaml_number(value: float, digits: int = 4) -> str:
     if "." not in mantissa:
         mantissa += ".0"
     return f"{mantissa}e{int(power):+d}" if exponent else mantissa
+
+
+def yaml_string(text: str) -> str:
+    """Return `text` as YAML takes it for text, quoted only where it has to be."""
+    dumped: str = yaml.safe_dump(text, default_flow_style=True, allow_unicode=True, width=10_000)
+    return dumped.splitlines()[0]

@@ -1,5 +1,6 @@
 """A drive description is what a node would take from the same parameter file."""
 
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -129,6 +130,56 @@ def test_odd_yaml_is_refused_with_the_reason(file: Path, entry: str, reason: str
     file.write_text(f"belt_node:\n  ros__parameters:\n    {entry}\n", encoding="utf-8")
     with pytest.raises(SettingsError, match=reason):
         load_settings(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (
+            """
+            /**: {ros__parameters: {driver: {radius: 0.1}}}
+            /**: {ros__parameters: {driven: {radius: 0.1}}}
+            """,
+            r"/\*\* is given in line 2 and again in line 3",
+        ),
+        (
+            """
+            belt_node:
+              ros__parameters:
+                prior:
+                  tension: 435.0
+                noise: {speed_absolute: 0.01}
+                prior:
+                  friction_coefficient: 1.2
+            """,
+            "prior is given in line 4 and again in line 7",
+        ),
+        ("prior: {tension: 435.0, 'tension': 436.0}", "tension is given in line 1 and again in"),
+        ("drives:\n  - {1: infeed,\n    '1': outfeed}", "1 is given in line 2 and again in line 3"),
+        ("prior.tension: 435.0\nprior: {tension: 436.0}", r"prior\.tension is given twice"),
+    ],
+)
+def test_what_is_given_twice_is_refused_with_its_name_and_lines(
+    file: Path, text: str, reason: str
+) -> None:
+    """Of two blocks of one name, the last would count here, and a node would take both."""
+    file.write_text(textwrap.dedent(text), encoding="utf-8")
+    with pytest.raises(SettingsError, match=rf"bring_up\.yaml.*{reason}"):
+        read_parameters(file)
+
+
+def test_an_anchor_may_be_merged_and_its_values_replaced(file: Path) -> None:
+    """A merged value is a default, which is not the same as one that is given twice."""
+    file.write_text(
+        "noise: {torque: &a {x: 1.0}, speed: &b {<<: *a, x: 2.0}}\nprior: {<<: *b, x: 3.0}\n",
+        encoding="utf-8",
+    )
+    assert read_parameters(file) == {"noise.torque.x": 1.0, "noise.speed.x": 2.0, "prior.x": 3.0}
+
+
+def test_sections_of_one_node_count_together_however_they_are_nested(file: Path) -> None:
+    own = {"cell_3/belt_node": {"ros__parameters": {"prior": {"tension": 777.0}}}}
+    assert tension(file, {"cell_3": {"belt_node": {"ros__parameters": drive()}}}, own) == 777.0
 
 
 def test_a_torque_scale_of_zero_is_refused() -> None:

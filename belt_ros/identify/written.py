@@ -5,8 +5,6 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
 from belt_ros.identify.result import QUANTITIES, Identified, Interval
 from belt_ros.parameter_table import SettingsError
 from belt_ros.settings import (
@@ -16,7 +14,7 @@ from belt_ros.settings import (
     names_of_drives,
     read_parameters,
 )
-from belt_ros.yaml_text import yaml_number
+from belt_ros.yaml_text import MappingNode, ScalarNode, yaml_node, yaml_number
 
 
 class _Edit(NamedTuple):
@@ -121,33 +119,33 @@ def _edited(text: str, values: dict[str, str]) -> str:
     return text
 
 
-def _parameters(text: str) -> yaml.MappingNode:
+def _parameters(text: str) -> MappingNode:
     """Return the node of the mapping with the parameters, see `settings`."""
-    root = yaml.compose(text)
-    if not isinstance(root, yaml.MappingNode):
+    root = yaml_node(text)
+    if not isinstance(root, MappingNode):
         raise SettingsError("a drive description is a YAML mapping; see config/ for examples")
     sections = [
         (str(name.value), inner)
         for name, content in root.value
-        if isinstance(content, yaml.MappingNode)
+        if isinstance(content, MappingNode)
         for key, inner in content.value
-        if key.value == "ros__parameters" and isinstance(inner, yaml.MappingNode)
+        if key.value == "ros__parameters" and isinstance(inner, MappingNode)
     ]
     own = [inner for name, inner in sections if names_belt_node(name)]
     # The last one has the last word.
     return (own or [inner for _, inner in sections] or [root])[-1]
 
 
-def _edit(text: str, node: yaml.MappingNode, keys: list[str], value: str) -> _Edit:
+def _edit(text: str, node: MappingNode, keys: list[str], value: str) -> _Edit:
     """Return the edit that gives the entry `keys` under `node` a value."""
     for key, content in node.value:
         parts = str(key.value).split(".")
         if keys[: len(parts)] != parts:
             continue
         rest = keys[len(parts) :]
-        if not rest and isinstance(content, yaml.ScalarNode):
+        if not rest and isinstance(content, ScalarNode):
             return _Edit(content.start_mark.index, content.end_mark.index, value)
-        if rest and isinstance(content, yaml.MappingNode) and content.value:
+        if rest and isinstance(content, MappingNode) and content.value:
             return _edit(text, content, rest, value)
     name = ".".join(keys)
     if node.flow_style:
@@ -156,7 +154,7 @@ def _edit(text: str, node: yaml.MappingNode, keys: list[str], value: str) -> _Ed
     return _new_line(text, node, name, value)
 
 
-def _new_line(text: str, node: yaml.MappingNode, name: str, value: str) -> _Edit:
+def _new_line(text: str, node: MappingNode, name: str, value: str) -> _Edit:
     """Give the entry a line of its own before the first one of a block mapping."""
     key = node.value[0][0].start_mark
     begin = key.index - key.column
@@ -171,6 +169,6 @@ def _check(edited: str, wanted: dict[str, object], path: Path) -> None:
         copy.write_text(edited, encoding="utf-8")
         if read_parameters(copy) != wanted:
             raise SettingsError(
-                f"{path} cannot be edited as it is written (anchors, or entries given twice); put "
-                "the values of the report into it by hand"
+                f"{path} cannot be edited as it is written (anchors, for example); put the "
+                "values of the report into it by hand"
             )

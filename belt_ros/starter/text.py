@@ -2,15 +2,13 @@
 
 from collections.abc import Sequence
 
-import yaml
-
 from belt_ros.mechanics import DriveError
 from belt_ros.parameter_table import SettingsError
 from belt_ros.rating import rate
 from belt_ros.settings import settings_from_parameters, without_nodes_own
 from belt_ros.starter.answers import Answers
 from belt_ros.starter.entries import Entry, entries
-from belt_ros.yaml_text import yaml_number
+from belt_ros.yaml_text import yaml_number, yaml_string
 
 _COMMENTS_AT = 43
 _INDENT = "  "
@@ -78,13 +76,7 @@ def _nested(lines: Sequence[Entry]) -> list[str]:
 def _line(depth: int, name: str, entry: Entry) -> str:
     value = entry.value
     digits = _GUESSED if entry.guessed else _TOLD
-    shown = _quoted(value) if isinstance(value, str) else yaml_number(value, digits)
+    shown = yaml_string(value) if isinstance(value, str) else yaml_number(value, digits)
     text = f"{depth * _INDENT}{name}: {shown}"
     remark = "; ".join(part for part in (entry.comment, "guessed" if entry.guessed else "") if part)
     return f"{text:<{_COMMENTS_AT - 2}}  # {remark}" if remark else text
-
-
-def _quoted(text: str) -> str:
-    """Return text as YAML takes it for text, quoted only where it has to be."""
-    dumped: str = yaml.safe_dump(text, default_flow_style=True, allow_unicode=True, width=10_000)
-    return dumped.splitlines()[0]

@@ -177,6 +177,9 @@ def test_error_in_a_file_names_the_file(tmp_path: Path, settings: DriveSettings)
     path.write_text("duration: 0")
     with pytest.raises(ScenarioError, match=r"run\.yaml: duration is 0 s"):
         load_scenario(path, settings)
+    path.write_text("duration: 5\nevents:\n  - {at: 1.0, load: 5.0, load: 9.0}\n")
+    with pytest.raises(ScenarioError, match=r"run\.yaml .*load is given in line 3 and again"):
+        load_scenario(path, settings)
 
 
 def test_demonstration_loses_tension_slips_and_recovers(root: Path) -> None:

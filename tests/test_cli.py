@@ -352,11 +352,20 @@ def test_a_belt_that_changed_meanwhile_is_not_written_as_identified(tmp_path):
     assert belt("check", tmp_path / "found.yaml").exit_code == 0
 
 
-def test_a_fleet_with_a_bag_that_failed_says_so_by_its_exit_code(bag, tmp_path):
-    other = ROOT / "config" / "conveyor_drive.yaml"
+def test_a_fleet_with_a_drive_that_failed_says_so_by_page_summary_and_exit_code(bag, tmp_path):
+    """One drive of the two is in the bag, so that the bag did not fail as a whole."""
+    config = config_with(
+        tmp_path,
+        drives=["here", "elsewhere"],
+        elsewhere={"driver": {"joint": "head"}, "driven": {"joint": "tail"}},
+    )
     words = ("fleet", bag, "--out", tmp_path / "out", "--workers", "1", "--config")
-    failed = belt(*words, other)
-    assert (failed.exit_code, "1 of them failed" in failed.stdout) == (1, True), failed.output
+    failed = belt(*words, config)
+    told = "1 of 2 results (one for each drive in each bag) failed"
+    assert (failed.exit_code, told in failed.stdout) == (1, True), failed.output
+    assert told in (tmp_path / "out" / "fleet.html").read_text(encoding="utf-8")
+    good = belt(*words, CONFIG)
+    assert (good.exit_code, "0 of 1 results" in good.stdout) == (0, True), good.output
 
 
 def test_figures_are_drawn_one_by_one_and_named(tmp_path):

@@ -43,7 +43,10 @@ def replay(
     ] = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Estimate drives' states from bags: a bag of estimates, Parquet tables, a summary of each."""
+    """Estimate drives' states from bags: a bag of estimates, Parquet tables, a summary of each.
+
+    It exits with 1 where a drive has no result from a bag, or nothing can be done at all.
+    """
     failed = 0
     with errors_in_one_line():
         from belt_ros.replay.bags import find_bags, result_names
@@ -186,7 +189,10 @@ def fleet(
     ] = True,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Replay many bags: one table, trends and one page over all. Run again, it goes on."""
+    """Replay many bags: one table, trends and one page over all. Run again, it goes on.
+
+    It exits with 1 where a drive has no result from a bag, or nothing can be done at all.
+    """
     with errors_in_one_line(), progress_bar("replaying", quiet=quiet) as progress:
         from belt_ros.fleet import run_fleet
 
@@ -206,8 +212,9 @@ def fleet(
             say_error(row.error)
     if not quiet:
         typer.echo(
-            f"{result.done} worked on, {result.skipped} done before; {result.failed} of them "
-            f"failed: {out / 'fleet.html'}"
+            f"{result.done} bags worked on, {result.skipped} done before; {result.failed} of "
+            f"{len(result.rows)} results (one for each drive in each bag) failed: "
+            f"{out / 'fleet.html'}"
         )
     if result.failed:
         raise typer.Exit(1)

@@ -31,14 +31,15 @@ def write_page(folder: Path, rows: Sequence[Row], trends: Sequence[DriveTrend]) 
 
 def render(rows: Sequence[Row], trends: Sequence[DriveTrend]) -> str:
     """Return the page. It loads nothing and runs nothing."""
-    failed = sum(bool(row.error) for row in rows)
+    failed = sum(trend.failed for trend in trends)
+    told = f"{failed} of {len(rows)} results (one for each drive in each bag) failed"
     hours = sum(trend.hours for trend in trends)
     bags = len({row.bag for row in rows})
     title = f"{len(trends)} belt drives, {bags} bags"
     body = tag(
         "main",
         tag("h1", title),
-        tag("p", f"{hours:.4g} hours recorded, {failed} without a result", class_="when"),
+        tag("p", f"{hours:.4g} hours recorded, {told}", class_="when"),
         _ranking(trends),
         *(_drive(trend, [row for row in rows if row.drive == trend.drive]) for trend in trends),
         _failures(rows),

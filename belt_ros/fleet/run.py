@@ -40,8 +40,8 @@ class FleetResult:
         One for each bag and drive, in the order of the bags.
     trends : tuple of DriveTrend
         The drive with the worst margin first.
-    done, skipped, failed : int
-        Bags replayed now, finished before, and of both those without any result.
+    done, skipped : int
+        Bags replayed now, and finished before.
     """
 
     out: Path
@@ -49,7 +49,11 @@ class FleetResult:
     trends: tuple[DriveTrend, ...]
     done: int
     skipped: int
-    failed: int
+
+    @property
+    def failed(self) -> int:
+        """How many of `rows` have no result."""
+        return sum(trend.failed for trend in self.trends)
 
 
 def run_fleet(
@@ -172,5 +176,4 @@ def _summed_up(folder: Path, finished: Sequence[Done]) -> FleetResult:
         trends=over_all,
         done=len(finished) - skipped,
         skipped=skipped,
-        failed=sum(all(row.error for row in done.rows) for done in finished),
     )

@@ -242,6 +242,7 @@ def material_yaml(
     except ValueError:
         known = ", ".join(one.value for one in SurfaceState)
         raise DriveError(f"state is {state!r}; it must be one of {known}") from None
+    material.size.check(size)
     made = material.belt(size)
     lines = [
         f"# {material.title}; {size:g} {material.size.value}, on {lagging}, {surface.value}.",

@@ -227,6 +227,21 @@ def test_help_imports_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize(
+    ("name", "size", "reason"),
+    [
+        (
+            "polyamide-rubber",
+            "25",
+            "size is 25 m of width; it must lie between .*25 mm are 0.025 m",
+        ),
+        ("v-belt-spa", "2.5", "size is 2.5 belts; it must be a whole number"),
+    ],
+)
+def test_figures_of_a_belt_that_there_cannot_be_are_refused(name, size, reason):
+    assert_one_line(belt("materials", "--belt", name, "--size", size), reason)
+
+
 def test_live_commands_say_where_ros_is_missing(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     assert_one_line(belt("node"), "needs ROS 2", "make setup")
@@ -260,7 +275,10 @@ def test_a_named_belt_comes_as_yaml_that_a_drive_takes_as_it_is(tmp_path):
         (["--belt", "HTD 5M"], "toothed.*drives by form"),
         (["--belt", "leather-strap"], "choose from.*polyamide"),
         (["--belt", "polyamide-rubber"], "--size is missing: m of width"),
-        (["--belt", "polyamide-rubber", "--size", "-1"], "size.*must be finite and > 0"),
+        (
+            ["--belt", "polyamide-rubber", "--size", "-1"],
+            "size is -1 m of width; it must lie between",
+        ),
         (
             ["--belt", "polyamide-rubber", "--size", "0.1", "--state", "icy"],
             "one of dry, wet, dirty",

@@ -1,26 +1,36 @@
-"""What is asked of a drive, and the answers, checked one by one."""
+"""What is asked of a drive, and the answers, checked."""
 
 import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
-from belt_ros.mechanics import DriveError, Tensioning
-from belt_ros.mechanics.materials import BELTS, LAGGINGS, SurfaceState, belt_material
+from belt_ros.mechanics import Tensioning
+from belt_ros.mechanics.materials import BELTS, LAGGINGS, SurfaceState
 from belt_ros.node_tables import InputKind
 from belt_ros.parameter_table import SettingsError
+from belt_ros.starter.beside import check_beside
+from belt_ros.starter.question import Question, Range
 
-Answer = float | str | bool | None
 TORQUE_SENSOR, MOTOR_CURRENT = "sensor", "current"
-_GREATEST = 1e12
+
+_RADIUS = Range("m", 1e-3, 5.0)
+_INERTIA = Range("kg m2", 1e-9, 1e6)
+_MASS = Range("kg", 1e-4, 1e5)
+_GEAR_RATIO = Range("-", 1e-6, 1e6)
+_COUNTS = Range("", 1.0, 1e10)
 
 
 def _question(
-    text: str, unit: str = "", default: Any = None, choices: tuple[str, ...] = (), **kind: bool
+    text: str,
+    number: Range | None = None,
+    default: Any = None,
+    choices: tuple[str, ...] = (),
+    **kind: bool,
 ) -> Any:
-    """Return a field with its question. `needed`, `detail`, `signed`, `zero`: see `Question`."""
-    about = {"text": text, "unit": unit, "choices": choices, **kind}
+    """Return a field with its question. `needed`, `detail`, `signed`: see `Question`."""
+    about = {"text": text, "number": number, "choices": choices, **kind}
     return field(default=default, metadata=about)
 
 
@@ -33,12 +43,14 @@ class Answers:
 
     name: str = _question("name of the drive in messages", default="belt_drive")
     driver_radius: float | None = _question(
-        "radius of the driver, to the belt's neutral line", "m", needed=True
+        "radius of the driver, to the belt's neutral line", _RADIUS, needed=True
     )
     driven_radius: float | None = _question(
-        "radius of the driven pulley, to the belt's neutral line", "m", needed=True
+        "radius of the driven pulley, to the belt's neutral line", _RADIUS, needed=True
     )
-    centre_distance: float | None = _question("distance of the shafts", "m", needed=True)
+    centre_distance: float | None = _question(
+        "distance of the shafts", Range("m", 1e-3, 1e5), needed=True
+    )
     crossed: bool = _question(
         "whether the belt crosses itself, and turns the pulleys opposite ways",
         default=False,
@@ -46,13 +58,15 @@ class Answers:
     )
     belt: str = _question("belt, as `belt materials` names it", choices=tuple(BELTS), needed=True)
     size: float | None = _question(
-        "size of the belt: width or diameter [m], or number of ribs or belts", needed=True
+        "size of the belt: width or diameter [m], or number of ribs or belts",
+        Range("", 1e-9, 1e9),  # by the belt, see `beside`
+        needed=True,
     )
     axial_stiffness: float | None = _question(
-        "EA of the belt, force per unit strain, if known", "N", detail=True
+        "EA of the belt, force per unit strain, if known", Range("N", 1.0, 1e12), detail=True
     )
     mass_per_length: float | None = _question(
-        "mass of the belt per length, if known", "kg/m", detail=True
+        "mass of the belt per length, if known", Range("kg/m", 1e-6, 1e4), detail=True
     )
     driven_surface: str = _question(
         "what the belt runs on at the driven pulley", default="steel", choices=tuple(LAGGINGS)
@@ -69,7 +83,9 @@ class Answers:
         choices=tuple(state.value for state in SurfaceState),
     )
     friction_coefficient: float | None = _question(
-        "mu of the belt on both pulleys, if known; of the equivalent flat belt", "-", detail=True
+        "mu of the belt on both pulleys, if known; of the equivalent flat belt",
+        Range("-", 0.01, 10.0),
+        detail=True,
     )
     tensioning: str = _question(
         "what stays constant as torque changes",
@@ -77,26 +93,27 @@ class Answers:
         choices=tuple(kind.value for kind in Tensioning),
     )
     tension: float | None = _question(
-        "tension of one strand as installed; guessed from the belt if not known", "N"
+        "tension of one strand as installed; guessed from the belt if not known",
+        Range("N", 1e-3, 1e9),
     )
     tension_tolerance: float | None = _question(
-        "how far that may be off, +/-; in 19 cases of 20", "N"
+        "how far that may be off, +/-; in 19 cases of 20", Range("N", 1e-5, 1e9)
     )
     driver_inertia: float | None = _question(
         "inertia of all that turns with the driver, as seen there (or give --driver-mass)",
-        "kg m2",
+        _INERTIA,
         needed=True,
     )
     driver_mass: float | None = _question(
-        "or mass of the driver, taken as a disc", "kg", detail=True
+        "or mass of the driver, taken as a disc", _MASS, detail=True
     )
     driven_inertia: float | None = _question(
         "inertia of all that turns with the driven pulley (or give --driven-mass)",
-        "kg m2",
+        _INERTIA,
         needed=True,
     )
     driven_mass: float | None = _question(
-        "or mass of the driven pulley, taken as a disc", "kg", detail=True
+        "or mass of the driven pulley, taken as a disc", _MASS, detail=True
     )
     input: str = _question(
         "what speeds and torques come as",
@@ -106,20 +123,24 @@ class Answers:
     driver_joint: str = _question("joint of the driver", default="driver_pulley_joint")
     driven_joint: str = _question("joint of the driven pulley", default="driven_pulley_joint")
     driver_gear_ratio: float = _question(
-        "turns of the driver's joint per turn of its pulley", "-", 1.0
+        "turns of the driver's joint per turn of its pulley", _GEAR_RATIO, 1.0
     )
     driven_gear_ratio: float = _question(
-        "turns of the driven joint per turn of its pulley", "-", 1.0, detail=True
+        "turns of the driven joint per turn of its pulley", _GEAR_RATIO, 1.0, detail=True
     )
     driver_sign: float = _question(
-        "-1 if the driver's joint counts against the belt, else 1", "-", 1.0, signed=True
+        "-1 if the driver's joint counts against the belt, else 1", default=1.0, signed=True
     )
     driven_sign: float = _question(
-        "-1 if the driven joint counts against the belt, else 1", "-", 1.0, signed=True
+        "-1 if the driven joint counts against the belt, else 1", default=1.0, signed=True
     )
-    driver_counts: float | None = _question("counts of the driver's encoder per turn of its joint")
-    driven_counts: float | None = _question("counts of the driven encoder per turn of its joint")
-    sample_rate: float = _question("readings per second", "Hz", 100.0, detail=True)
+    driver_counts: float | None = _question(
+        "counts of the driver's encoder per turn of its joint", _COUNTS
+    )
+    driven_counts: float | None = _question(
+        "counts of the driven encoder per turn of its joint", _COUNTS
+    )
+    sample_rate: float = _question("readings per second", Range("Hz", 0.1, 1e5), 100.0, detail=True)
     torque: str = _question(
         "how the driver's torque is known",
         default=TORQUE_SENSOR,
@@ -127,76 +148,11 @@ class Answers:
     )
     torque_constant: float | None = _question(
         "N m of the driver's joint per unit of effort, e.g. per A; needed of a motor current",
-        "N m",
+        Range("N m", 1e-9, 1e9),
     )
     driven_torque: bool = _question(
         "whether the driven pulley's torque is measured too", default=False
     )
-
-
-class Question(NamedTuple):
-    """One question, and what an answer must be."""
-
-    name: str
-    text: str
-    unit: str
-    default: Answer
-    choices: tuple[str, ...]
-    needed: bool  # there is no default to go by
-    detail: bool  # not asked on a terminal, a flag only
-    number: bool
-    signed: bool  # 1 or -1
-
-    @property
-    def flag(self) -> str:
-        """The flag of `belt init`."""
-        return f"--{self.name.replace('_', '-')}"
-
-    def check(self, value: object) -> Answer:
-        """Return an answer in its type.
-
-        Raises
-        ------
-        SettingsError
-            If it is none.
-        """
-        if isinstance(self.default, bool):
-            if not isinstance(value, bool):
-                raise SettingsError(f"{self.flag} is {value!r}; it must be yes or no")
-            return value
-        if self.number:
-            return self._number(value)
-        return self._text(value)
-
-    def _number(self, value: object) -> float:
-        try:
-            number = float(str(value))
-        except ValueError:
-            raise SettingsError(f"{self.flag} is {value!r}; it must be a number") from None
-        if self.signed:
-            if abs(number) != 1.0:
-                raise SettingsError(f"{self.flag} is {number:g}; it must be 1 or -1")
-        elif not 0.0 < number <= _GREATEST:
-            raise SettingsError(
-                f"{self.flag} is {number:g} {self.unit}".rstrip()
-                + f"; it must be > 0 and no more than {_GREATEST:g}"
-            )
-        return number
-
-    def _text(self, value: object) -> str:
-        text = str(value).strip()
-        if self.name == "belt":
-            try:
-                return belt_material(text).name
-            except DriveError as error:
-                raise SettingsError(f"{self.flag}: {error}") from error
-        if not text or not text.isprintable():
-            raise SettingsError(f"{self.flag} is {value!r}; it must be a name")
-        if self.choices and text not in self.choices:
-            raise SettingsError(
-                f"{self.flag} is {text!r}; it must be one of {', '.join(self.choices)}"
-            )
-        return text
 
 
 def _questions() -> dict[str, Question]:
@@ -204,16 +160,18 @@ def _questions() -> dict[str, Question]:
     for one in dataclasses.fields(Answers):
         about = one.metadata
         default: Any = one.default
+        number = about["number"] or Range("", -math.inf, math.inf)
         found[one.name] = Question(
             one.name,
             about["text"],
-            about["unit"],
+            number.unit,
             default,
             about["choices"],
             about.get("needed", False),
             about.get("detail", False),
             "float" in str(one.type),
             about.get("signed", False),
+            (number.low, number.high),
         )
     return found
 
@@ -240,7 +198,8 @@ def answers_from(given: Mapping[str, object]) -> Answers:
     Raises
     ------
     SettingsError
-        For an answer that cannot be; for those that are needed and missing, naming all.
+        For an answer that cannot be, by itself or beside the others; for those that are needed and
+        missing, naming all.
     """
     unknown = sorted(set(given) - set(QUESTIONS))
     if unknown:
@@ -254,11 +213,10 @@ def answers_from(given: Mapping[str, object]) -> Answers:
     checked: dict[str, Any] = {
         name: QUESTIONS[name].check(value) for name, value in given.items() if value is not None
     }
-    answers = Answers(**checked)
-    for name in ("driver", "driven"):
-        if None not in (getattr(answers, f"{name}_inertia"), getattr(answers, f"{name}_mass")):
-            raise SettingsError(f"give --{name}-inertia or --{name}-mass, not both")
-    return answers
+    for name in QUESTIONS:
+        if name in checked:
+            check_beside(name, checked)
+    return Answers(**checked)
 
 
 def _flags(question: Question) -> str:

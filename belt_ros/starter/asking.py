@@ -6,14 +6,9 @@ from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
 from belt_ros.parameter_table import SettingsError
-from belt_ros.starter.answers import (
-    MOTOR_CURRENT,
-    QUESTIONS,
-    Answer,
-    Answers,
-    Question,
-    answers_from,
-)
+from belt_ros.starter.answers import MOTOR_CURRENT, QUESTIONS, Answers, answers_from
+from belt_ros.starter.beside import check_beside
+from belt_ros.starter.question import Answer, Question
 
 _LISTED = 6  # choices that are shown; of more, `?` shows them
 
@@ -39,7 +34,7 @@ def ask(given: Mapping[str, object], console: Console) -> Answers:
     console.print("Enter takes what is in brackets, or leaves open what nobody knows.", style="dim")
     for name, question in QUESTIONS.items():
         if name not in said and _matters(question, said):
-            answer = _answer(question, console)
+            answer = _answer(question, said, console)
             if answer is not None:
                 said[name] = answer
     return answers_from(said)
@@ -58,7 +53,7 @@ def _matters(question: Question, said: Mapping[str, object]) -> bool:
     return not question.detail
 
 
-def _answer(question: Question, console: Console) -> Answer:
+def _answer(question: Question, said: Mapping[str, object], console: Console) -> Answer:
     unit = f" [{question.unit}]" if question.unit not in ("", "-") else ""
     text = f"{question.text}{unit}".replace("[", r"\[")
     if isinstance(question.default, bool):
@@ -77,6 +72,9 @@ def _answer(question: Question, console: Console) -> Answer:
         if not reply.strip() and not needed:
             return None
         try:
-            return question.check(reply)
+            answer = question.check(reply)
+            check_beside(question.name, {**said, question.name: answer})
         except SettingsError as error:
             console.print(str(error), style="red", highlight=False, markup=False)
+        else:
+            return answer

@@ -16,6 +16,7 @@ from belt_ros.mechanics.materials.contact_layer import in_series
 from belt_ros.mechanics.materials.lagging import SurfaceState, lagging_named
 from belt_ros.mechanics.materials.ranges import Range, Source, all_sources
 from belt_ros.mechanics.materials.wedge import WedgeSection, wedge_factor
+from belt_ros.mechanics.units import meant_millimetres
 
 
 class Size(Enum):
@@ -33,6 +34,30 @@ class Size(Enum):
     def contact(self, size: float) -> float:
         """Return what kf is proportional to; a round belt's does not depend on its diameter."""
         return 1.0 if self is Size.DIAMETER else size
+
+    def check(self, size: float) -> None:
+        """Raise `DriveError` if there is no belt of that size, as when it is in millimetres."""
+        low, high = _SIZES[self]
+        within = low <= size <= high
+        if self in (Size.RIBS, Size.BELTS):
+            if not within or size != int(size):
+                raise DriveError(
+                    f"size is {size:g} {self.value}; it must be a whole number from {low:g} to "
+                    f"{high:g}"
+                )
+        elif not within:
+            raise DriveError(
+                f"size is {size:g} {self.value}; it must lie between {low:g} and {high:g}"
+                f"{meant_millimetres(size, low, high)}"
+            )
+
+
+_SIZES = {
+    Size.WIDTH: (1e-3, 4.0),  # the widest conveyor belts have 3.2 m
+    Size.DIAMETER: (1e-3, 0.1),
+    Size.RIBS: (1.0, 200.0),
+    Size.BELTS: (1.0, 100.0),
+}
 
 
 @dataclass(frozen=True)

@@ -1,33 +1,15 @@
-"""Files that appear complete or not at all, and folders that only one fleet works in."""
+"""Folders that only one fleet works in."""
 
 import fcntl
-import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from belt_ros.appearing import PART
 from belt_ros.fleet.errors import FleetError
-from belt_ros.fleet.work import PART
 
 _LOCK = ".lock"
-
-
-@contextmanager
-def replacing(path: Path) -> Iterator[Path]:
-    """Yield where to write a file that takes the place of `path` once it is complete."""
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART, dir=path.parent)
-    os.close(handle)
-    part = Path(name)
-    try:
-        yield part
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o666 & ~mask)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 @contextmanager

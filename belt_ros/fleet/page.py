@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from belt_ros.appearing import appearing
 from belt_ros.estimation import Quantity
 from belt_ros.estimation.estimate import log_spread
 from belt_ros.fleet.chart import Line, Point, chart, day, interval_point, log_point
-from belt_ros.fleet.files import replacing
 from belt_ros.fleet.records import Row
 from belt_ros.fleet.trends import MONTH, DriveTrend, Trend
 from belt_ros.report.markup import Html, document, join, table, tag
@@ -24,7 +24,7 @@ _SECONDS = 1e-9
 def write_page(folder: Path, rows: Sequence[Row], trends: Sequence[DriveTrend]) -> Path:
     """Write the page in one go; return where it is."""
     place = folder / PAGE_NAME
-    with replacing(place) as part:
+    with appearing(place) as part:
         part.write_text(render(rows, trends), encoding="utf-8")
     return place
 

@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.csv as pc
 import pyarrow.parquet as pq
 
-from belt_ros.fleet.files import replacing
+from belt_ros.appearing import appearing
 from belt_ros.fleet.records import Row
 
 _KINDS = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
@@ -32,9 +32,9 @@ def write_tables(folder: Path, rows: Sequence[Row]) -> tuple[Path, Path]:
     start = pa.array([row.start_ns or None for row in rows], pa.timestamp("ns", "UTC"))
     table = pa.table({"start": start, **columns})
     parquet, text = folder / PARQUET_NAME, folder / CSV_NAME
-    with replacing(parquet) as part:
+    with appearing(parquet) as part:
         pq.write_table(table, part)
-    with replacing(text) as part:
+    with appearing(text) as part:
         pc.write_csv(table, part)
     return parquet, text
 

@@ -2,12 +2,11 @@
 
 import hashlib
 import os
-import shutil
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from belt_ros.appearing import beside, put_in_place
 from belt_ros.fleet.records import (
     Row,
     content_hash,
@@ -17,8 +16,6 @@ from belt_ros.fleet.records import (
     write_record,
 )
 from belt_ros.replay.drives import Described, Outcome, replay_drives
-
-PART = ".part"
 
 
 class Job(NamedTuple):
@@ -67,17 +64,13 @@ def _do(job: Job, progress: Callable[[int, int], None] | None) -> Done:
     known = read_record(job.place, key)
     if known is not None:
         return Done(known, skipped=True)
-    job.folder.mkdir(parents=True, exist_ok=True)
-    prefix = f".{job.place.name}.{os.getpid()}."
-    part = Path(tempfile.mkdtemp(prefix=prefix, suffix=PART, dir=job.folder))
-    try:
+    with beside(job.place, f"{os.getpid()}.") as folder:
+        part = Path(folder) / job.place.name
+        part.mkdir()
         rows = _rows(job, part, progress)
-        if key == "missing":
-            return Done(rows)
-        write_record(part, key, rows)
-        _put_in_place(part, job.place)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+        if key != "missing":  # it may come
+            write_record(part, key, rows)
+            put_in_place(part, job.place)
     return Done(rows)
 
 
@@ -98,15 +91,3 @@ def _row(job: Job, part: Path, outcome: Outcome) -> Row:
         return failed_row(outcome.drive, job.bag, outcome.error)
     place = job.place / outcome.place.relative_to(part)
     return row_of(job.bag, outcome.summary, str(place.relative_to(job.folder.parent)))
-
-
-def _put_in_place(part: Path, place: Path) -> None:
-    """Rename new results into place; earlier ones, of another key, leave only then."""
-    mask = os.umask(0)
-    os.umask(mask)
-    part.chmod(0o777 & ~mask)
-    old = part.with_suffix(".old" + PART)
-    if place.exists():
-        place.rename(old)
-    part.rename(place)
-    shutil.rmtree(old, ignore_errors=True)

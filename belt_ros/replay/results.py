@@ -1,18 +1,16 @@
 """The result directory of one replay: all of it, or nothing.
 
-Everything is written beside the final place under a temporary name, and renamed when complete.
+Everything is written beside the final place, and renamed when complete.
 """
 
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Iterable
 from contextlib import closing, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from belt_ros.appearing import beside, put_in_place
 from belt_ros.diagnostic_rows import Row
 from belt_ros.estimation import AlarmStatus, BeltEstimate
 from belt_ros.replay.errors import ResultsError
@@ -74,16 +72,16 @@ class ResultWriter:
         self._drive_name = drive_name
         self._state_bytes = StateBytes(drive_name, state_kinds())
         try:
-            out.parent.mkdir(parents=True, exist_ok=True)
-            part = tempfile.mkdtemp(prefix=f".{out.name}.", suffix=".part", dir=out.parent)
+            self._folder = beside(out)
         except OSError as error:
             raise ResultsError(f"cannot write to {out.parent}: {error.strerror}") from error
-        self._part = Path(part)
+        self._part = Path(self._folder.name) / out.name
         try:
+            self._part.mkdir()
             self._table = StateTable(self._part / TABLE_NAME, drive_name)
             self._bag = ResultBag(self._part / BAG_NAME, prefix)
         except BaseException:
-            shutil.rmtree(self._part, ignore_errors=True)
+            self._folder.cleanup()
             raise
 
     def __enter__(self) -> "ResultWriter":
@@ -95,13 +93,12 @@ class ResultWriter:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if not self._part.exists():  # committed
-            return
-        with suppress(Exception):  # a full disk refuses the table's last bytes
-            self._table.abort()
-        with suppress(Exception):
-            self._bag.abort()
-        shutil.rmtree(self._part, ignore_errors=True)
+        if self._part.exists():  # not committed
+            with suppress(Exception):  # a full disk refuses the table's last bytes
+                self._table.abort()
+            with suppress(Exception):
+                self._bag.abort()
+        self._folder.cleanup()
 
     def write_state(self, log_ns: int, estimate: BeltEstimate) -> None:
         """Write one estimate to bag and table."""
@@ -130,22 +127,5 @@ class ResultWriter:
         self._bag.close()
         text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False)
         (self._part / SUMMARY_NAME).write_text(text + "\n", encoding="utf-8")
-        mask = os.umask(0)
-        os.umask(mask)
-        self._part.chmod(0o777 & ~mask)  # mkdtemp keeps others out; results are no secret
         check_place(self._out, replace=True)
-        self._replace()
-
-    def _replace(self) -> None:
-        """Rename the new directory into place; earlier results leave only once it can be there."""
-        old = self._part.with_suffix(".old")
-        if self._out.exists():
-            self._out.rename(old)
-        try:
-            self._part.rename(self._out)
-        except OSError:
-            if old.exists():
-                old.rename(self._out)
-            raise
-        if old.exists():
-            shutil.rmtree(old)
+        put_in_place(self._part, self._out)

@@ -1,9 +1,8 @@
 """Writes a report."""
 
-import os
-import tempfile
 from pathlib import Path
 
+from belt_ros.appearing import appearing
 from belt_ros.report.page import render
 from belt_ros.report.result_directory import ReportError, open_results
 from belt_ros.report.study import study
@@ -38,19 +37,7 @@ def _replace(out: Path, page: str) -> None:
     if out.is_dir():
         raise ReportError(f"{out} is a directory; name a file for the report")
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(prefix=f".{out.name}.", dir=out.parent)
+        with appearing(out) as part:
+            part.write_text(page, encoding="utf-8")
     except OSError as error:
         raise ReportError(f"cannot write {out}: {error.strerror or error}") from error
-    part = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(page)
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o666 & ~mask)  # mkstemp keeps others out; a report is no secret
-        part.replace(out)
-    except OSError as error:
-        raise ReportError(f"cannot write {out}: {error.strerror or error}") from error
-    finally:
-        part.unlink(missing_ok=True)

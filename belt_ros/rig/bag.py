@@ -7,6 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
+from belt_ros.appearing import appearing
 from belt_ros.message_fields import state_fields
 from belt_ros.message_types import belt_typestore
 from belt_ros.rig.sensors import JointSample
@@ -25,7 +26,8 @@ def write_bag(
 ) -> int:
     """Write joint states and truth to a new bag, compressed chunk by chunk.
 
-    A message's time in the bag is when it goes out, its header's stamp what faults make of it.
+    The bag appears complete or not at all. A message's time in it is when it goes out, its header's
+    stamp what faults make of it.
 
     Parameters
     ----------
@@ -49,8 +51,20 @@ def write_bag(
     """
     if truth_every < 1:
         raise ValueError(f"truth_every is {truth_every}; it must be at least 1")
-    if Path(path).exists():
-        raise FileExistsError(f"{path} exists already; choose another name or remove it")
+    place = Path(path)
+    _refuse_existing(place)
+    with appearing(place) as part:
+        count = _write(part, drive_name, samples, truth_every)
+        _refuse_existing(place)
+    return count
+
+
+def _refuse_existing(place: Path) -> None:
+    if place.exists():
+        raise FileExistsError(f"{place} exists already; choose another name or remove it")
+
+
+def _write(path: Path, drive_name: str, samples: Iterable[RigSample], truth_every: int) -> int:
     store = belt_typestore()
     writer = Writer(path, version=_METADATA_VERSION, storage_plugin=StoragePlugin.MCAP)
     writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)

@@ -1,6 +1,10 @@
 """Bags of the rig: readable by others, the same every time, and the committed one is current."""
 
+import multiprocessing
+import os
+import signal
 import sys
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +14,7 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
 from belt_ros.message_types import belt_typestore, message_texts
+from belt_ros.replay.bags import find_bags
 from belt_ros.rig.bag import write_bag
 from belt_ros.rig.scenario import scenario_from_mapping
 from belt_ros.rig.simulate import simulate
@@ -120,6 +125,72 @@ def test_existing_bag_is_not_overwritten(tmp_path: Path, settings: DriveSettings
         write_bag(tmp_path, "a_drive", short_run(settings))
     with pytest.raises(ValueError, match="truth_every is 0"):
         write_bag(tmp_path / "bag", "a_drive", [], truth_every=0)
+
+
+def broken_off(samples: Iterable[Any], act: Callable[[], object]) -> Iterator[Any]:
+    """What comes of a run in which something happens halfway."""
+    for number, sample in enumerate(samples):
+        if number == 20:
+            act()
+        yield sample
+
+
+def interrupt() -> None:
+    raise KeyboardInterrupt
+
+
+def kill() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_run_that_is_interrupted_leaves_nothing(tmp_path: Path, settings: DriveSettings) -> None:
+    path = tmp_path / "bag"
+    with pytest.raises(KeyboardInterrupt):
+        write_bag(path, "a_drive", broken_off(short_run(settings), interrupt))
+    assert list(tmp_path.iterdir()) == []
+    assert write_bag(path, "a_drive", short_run(settings)) == 51
+
+
+def test_a_run_that_is_killed_leaves_nothing_that_looks_like_its_bag(
+    tmp_path: Path, settings: DriveSettings
+) -> None:
+    path = tmp_path / "bag"
+    samples = broken_off(short_run(settings), kill)
+    killed = multiprocessing.get_context("fork").Process(
+        target=write_bag, args=(path, "a_drive", samples)
+    )
+    killed.start()
+    killed.join(60.0)
+    assert killed.exitcode == -signal.SIGKILL
+    assert not path.exists()
+    assert write_bag(path, "a_drive", short_run(settings)) == 51
+    assert find_bags([tmp_path]) == [path]
+
+
+def test_what_has_come_to_its_place_meanwhile_stays(
+    tmp_path: Path, settings: DriveSettings
+) -> None:
+    path = tmp_path / "bag"
+
+    def come() -> None:
+        path.mkdir()
+        (path / "kept").touch()
+
+    with pytest.raises(FileExistsError, match="exists already"):
+        write_bag(path, "a_drive", broken_off(short_run(settings), come))
+    assert [entry.name for entry in tmp_path.rglob("*")] == ["bag", "kept"]
+
+
+def test_a_bag_is_for_all_to_read_whom_the_umask_lets(
+    tmp_path: Path, settings: DriveSettings
+) -> None:
+    before = os.umask(0o027)
+    try:
+        write_bag(tmp_path / "bag", "a_drive", short_run(settings))
+    finally:
+        os.umask(before)
+    assert (tmp_path / "bag").stat().st_mode & 0o777 == 0o750
+    assert (tmp_path / "bag" / "bag.mcap").stat().st_mode & 0o777 == 0o640
 
 
 def test_committed_bag_is_what_the_script_makes(made: Path) -> None:

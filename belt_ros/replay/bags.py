@@ -71,7 +71,8 @@ def _meant(text: str, tell: Tell) -> list[Path]:
     if path.exists() or not glob.has_magic(text):
         return _bags_at(path) or [path]
     root = Path(path.anchor)
-    matches = sorted(root.glob(str(path.relative_to(root)))) if path.name else []
+    matching = root.glob(str(path.relative_to(root))) if path.name else ()
+    matches = sorted(match for match in matching if _hidden(match) <= _hidden(path))
     if not matches:
         raise BagError(f"{text}: nothing matches it. Check the pattern.")
     found = {match: _bags_at(match) for match in matches}
@@ -83,6 +84,11 @@ def _meant(text: str, tell: Tell) -> list[Path]:
         share = f"{len(others)} of {len(matches)} matches"
         tell(f"{text}: {share} are no bags and are left alone: {named}")
     return list(chain.from_iterable(found.values()))
+
+
+def _hidden(path: Path) -> int:
+    """Return how many parts of a path are hidden, as is what a run that was killed has left."""
+    return sum(part.startswith(".") for part in path.parts)
 
 
 def _bags_at(path: Path) -> list[Path]:

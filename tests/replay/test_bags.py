@@ -85,3 +85,10 @@ def test_a_bag_and_its_only_file_have_names_of_their_own(tmp_path: Path) -> None
 def test_bags_that_no_folder_tells_apart_are_refused(tmp_path: Path) -> None:
     with pytest.raises(BagError, match=r"run.* and .*run.*: rename one"):
         result_names(bags(tmp_path, "run.mcap", "run.db3"))
+
+
+def test_what_a_killed_run_left_hidden_is_no_bag_of_a_pattern(tmp_path: Path) -> None:
+    whole, half = bags(tmp_path, "run/run.mcap", ".other.x1y2.part/other/other.mcap")
+    assert find_bags([tmp_path / "*"]) == [whole]
+    assert find_bags([tmp_path / "**" / "*.mcap"]) == [whole]
+    assert find_bags([tmp_path / ".other.*"]) == [half]

@@ -19,6 +19,7 @@ from belt_ros.replay.sqlite_files import BagReader
 _DEPTH = 100  # at least: recorders mostly do not know it
 _FOREVER = 2**31 - 1  # [s]
 CLOCK = "/clock"
+_CLOCK_TYPE = "rosgraph_msgs/msg/Clock"
 
 
 class Route(NamedTuple):
@@ -81,7 +82,8 @@ def selection(
     Raises
     ------
     BagError
-        If a topic asked for is not there, or nothing is left to publish.
+        If a topic asked for is not there, nothing is left to publish, or one name is to carry
+        messages of different types.
     """
     types = {topic.name: topic.type_name for topic in topics if topic.messages}
     wanted = {_absolute(name) for name in chosen} or set(types)
@@ -102,7 +104,17 @@ def selection(
     if not routes:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in left_out.items())
         raise BagError(f"{path}: nothing to publish ({reasons or 'it holds no messages'})")
+    carried = [(route.published, types[route.recorded]) for route in routes]
+    _refuse_mixed([*carried, (CLOCK, _CLOCK_TYPE)] if own_clock else carried)
     return Selection(tuple(routes), left_out)
+
+
+def _refuse_mixed(carried: Sequence[tuple[str, str]]) -> None:
+    """Raise where topics of different types would go out under one name."""
+    for name, type_name in carried:
+        types = sorted({other for there, other in carried if there == name})
+        if types != [type_name]:
+            raise BagError(f"{name} would carry {' and '.join(types)}; choose another --remap")
 
 
 def _is_topic(name: str) -> bool:

@@ -234,6 +234,14 @@ def test_the_space_bar_pauses_and_resumes(client: Client, ros_domain: int) -> No
     [
         ({"topics": ["/nothing"]}, "no messages on /nothing; there are /belt_rig/truth"),
         ({"remap": ["/joint_states"]}, "write /old:=/new"),
+        (
+            {"remap": ["/joint_states:=/belt_rig/truth"]},
+            "/belt_rig/truth would carry belt_msgs/msg/BeltState and sensor_msgs/msg/JointState",
+        ),
+        (
+            {"remap": ["/joint_states:=/clock"], "clock": True},
+            "/clock would carry rosgraph_msgs/msg/Clock and sensor_msgs/msg/JointState",
+        ),
         ({"rate": 0.0}, "--rate is 0; it must lie between"),
     ],
 )

@@ -22,6 +22,7 @@ from belt_ros.replay import BagError
 from belt_ros.settings import DriveSettings, load_settings
 
 OUTPUT = Path("belt_demo")
+_MARK = "node.log"  # by which a demonstration's directory is known, from its beginning on
 _START_PATIENCE = 120.0  # [s]: the first run of all compiles
 _LISTENERS = 2  # to joint states: the node, and the recorder here
 _LISTENER_PATIENCE = 20.0  # [s]
@@ -104,12 +105,13 @@ def _run(bag: Path | None, config: Path | None, output: Path, console: Console) 
 
 
 def _prepare(output: Path) -> None:
-    """Make an empty output directory; only one that a demonstration made is removed."""
+    """Make an output directory; only one that a demonstration made is removed."""
     if output.exists():
-        if not (output / "node.log").is_file():
+        if not (output / _MARK).is_file():
             raise DemoError(f"{output} exists and is no earlier demonstration; move it away")
         shutil.rmtree(output)
     output.mkdir(parents=True)
+    (output / _MARK).touch()
 
 
 @contextmanager
@@ -122,7 +124,7 @@ def _graph(drive_file: Path, output: Path, console: Console) -> Iterator[Client]
         node = stack.enter_context(
             Process(
                 "belt_ros.node.main",
-                output / "node.log",
+                output / _MARK,
                 "--params-file",
                 str(drive_file),
                 "-p",
@@ -207,7 +209,7 @@ def _conclude(verdict: Verdict, output: Path, console: Console) -> int:
     for finding in verdict.findings:
         style = "red" if finding.passed is False else None
         console.print(str(finding), style=style, highlight=False)
-    for label, name in (("recorded bag", "bag"), ("plot", "demo.png"), ("node's log", "node.log")):
+    for label, name in (("recorded bag", "bag"), ("plot", "demo.png"), ("node's log", _MARK)):
         console.print(f"{label + ':':<14}{output / name}", highlight=False)
     console.print("good" if verdict.passed else "not good", style="bold")
     return 0 if verdict.passed else 1

@@ -10,6 +10,8 @@ import pytest
 pytest.importorskip("rclpy", reason="ROS 2 is not installed")
 pytest.importorskip("belt_msgs", reason="belt_msgs is not built")
 
+from belt_ros.demo.main import _prepare
+
 ROOT = Path(__file__).resolve().parents[2]
 BAG = ROOT / "tests" / "data" / "rig_bag"
 
@@ -50,3 +52,11 @@ def test_a_directory_of_the_users_is_not_overwritten(ros_domain: int, tmp_path: 
     done = belt_demo(ros_domain, tmp_path)
     assert done.returncode == 1
     assert (tmp_path / "belt_demo" / "thesis.txt").read_text() == "mine"
+
+
+def test_what_a_demonstration_left_that_was_ended_at_once_is_replaced(tmp_path: Path) -> None:
+    output = tmp_path / "belt_demo"
+    for name in ("first", "second"):
+        _prepare(output)  # and is ended before any process of its own has begun
+        (output / name).touch()
+    assert not (output / "first").exists()

@@ -10,7 +10,7 @@ from belt_ros.mechanics import Tensioning
 from belt_ros.mechanics.materials import BELTS, LAGGINGS, SurfaceState
 from belt_ros.node_tables import InputKind
 from belt_ros.parameter_table import SettingsError
-from belt_ros.starter.beside import check_beside
+from belt_ros.starter.beside import USUAL_SURFACE, check_beside
 from belt_ros.starter.question import Question, Range
 
 TORQUE_SENSOR, MOTOR_CURRENT = "sensor", "current"
@@ -69,7 +69,9 @@ class Answers:
         "mass of the belt per length, if known", Range("kg/m", 1e-6, 1e4), detail=True
     )
     driven_surface: str = _question(
-        "what the belt runs on at the driven pulley", default="steel", choices=tuple(LAGGINGS)
+        "what the belt runs on at the driven pulley",
+        default=USUAL_SURFACE,
+        choices=tuple(LAGGINGS),
     )
     driver_surface: str = _question(
         "what it runs on at the driver; as the driven pulley if not given",

@@ -26,6 +26,7 @@ FEW = {
     "driver_inertia": 0.02,
     "driven_inertia": 0.05,
 }
+LARGE = {"driver_radius": 0.2, "driven_radius": 0.3, "centre_distance": 2.0}
 
 
 def loaded(text: str, tmp_path: Path):
@@ -41,12 +42,10 @@ def line(text: str, name: str) -> str:
 
 @pytest.mark.parametrize("belt", BELTS)
 def test_every_belt_gives_a_drive_that_check_is_content_with(belt, tmp_path):
-    answers = answers_from({**FEW, "belt": belt, "size": 0.01 if "round" in belt else 1.0})
+    told = {**FEW, "belt": belt, "size": 0.01 if "round" in belt else 1.0}
     if belt.startswith("v-"):
-        answers = answers_from(
-            {**FEW, "belt": belt, "size": 2, "driver_radius": 0.2, "driven_radius": 0.3,
-             "centre_distance": 2.0}
-        )  # fmt: skip
+        told |= {**LARGE, "size": 2}
+    answers = answers_from(told)
     read = loaded(drive_yaml(answers), tmp_path)
     assert rate(read).capacity > 0.0
 
@@ -159,6 +158,15 @@ def test_all_that_is_missing_is_named_at_once_by_its_flag():
         ({"tensioning": "firm"}, "--tensioning is 'firm'; it must be one of"),
         ({"name": "two\nlines"}, "must be a name"),
         ({"driver_mass": 3.0}, "not both"),
+        (
+            {"driver_joint": "a", "driven_joint": "a"},
+            "--driven-joint is 'a', as that of the driver",
+        ),
+        ({"driven_joint": "driver_pulley_joint"}, "as that of the driver"),
+        ({"driven_surface": "ceramic"}, "--driven-surface: no friction coefficient is known"),
+        ({"driver_surface": "ceramic"}, "there are steel; or give --friction-coefficient"),
+        ({"surface_state": "wet"}, "--surface-state: no friction coefficient is known"),
+        ({"belt": "v-belt-spa", "size": 2, "driver_radius": 0.01}, "--belt: "),
         ({"colour": "red"}, "colour"),
     ],
 )
@@ -221,8 +229,8 @@ def test_what_is_typical_of_a_belt_is_never_absurd(belt):
     tension = typical.axial_stiffness * BELTS[belt].installed_strain.typical
     for factor in (0.1, 1.0, 10.0):
         changed = {name: factor * value for name, value in told.items()}
-        answers_from({**FEW, "belt": belt, "size": size, "tension": factor * tension})
-        answers_from({**FEW, "belt": belt, "size": size, **changed})
+        answers_from({**FEW, **LARGE, "belt": belt, "size": size, "tension": factor * tension})
+        answers_from({**FEW, **LARGE, "belt": belt, "size": size, **changed})
 
 
 @pytest.mark.parametrize(
@@ -276,6 +284,11 @@ def test_whatever_is_written_is_read_back_or_refused(
     assert rate(read).capacity > 0.0
 
 
+def test_a_friction_that_is_told_needs_no_surface_that_is_known(tmp_path):
+    told = {**FEW, "driven_surface": "ceramic", "friction_coefficient": 0.4}
+    assert loaded(drive_yaml(answers_from(told)), tmp_path).prior.friction_coefficient == 0.4
+
+
 def test_every_question_has_words_and_every_number_its_range():
     assert all(question.text for question in QUESTIONS.values())
     numbers = [one for one in QUESTIONS.values() if one.number and not one.signed]
@@ -288,10 +301,13 @@ def test_on_a_terminal_a_wrong_answer_is_asked_for_again(monkeypatch, tmp_path):
         "radius of the driver,": ["minus one", "0.08"],
         "radius of the driven": ["0.12"],
         "distance of the shafts": ["600", "0.6"],
-        "belt, as": ["?", "rope", "polyamide-rubber"],
+        "belt, as": ["?", "rope", "v-belt-spc", "polyamide-rubber"],
         "size of the belt": ["50", "0.05"],
         "inertia of all that turns with the driver,": ["0.02"],
+        "what the belt runs on": ["ceramic", "steel"],
+        "state of these": ["wet", "dry"],
         "inertia of all that turns with the driven": ["0.05"],
+        "joint of the driven": ["driver_pulley_joint", "driven_pulley_joint"],
     }
     asked = []
 

@@ -370,6 +370,19 @@ def test_a_belt_that_changed_meanwhile_is_not_written_as_identified(tmp_path):
     assert belt("check", tmp_path / "found.yaml").exit_code == 0
 
 
+def test_a_first_description_is_written_to_a_folder_that_is_not_there_yet(tmp_path):
+    """All that was asked on the way to it would be lost otherwise."""
+    flags = {
+        "driver-radius": 0.08, "driven-radius": 0.12, "centre-distance": 0.6, "size": 0.05,
+        "belt": "polyamide-rubber", "driver-inertia": 0.02, "driven-mass": 3,
+    }  # fmt: skip
+    words = [word for name, value in flags.items() for word in (f"--{name}", value)]
+    made = belt("init", tmp_path / "new" / "drive.yaml", *words)
+    assert made.exit_code == 0, made.output
+    assert belt("check", tmp_path / "new" / "drive.yaml").exit_code == 0
+    assert_one_line(belt("init", CONFIG / "drive.yaml", *words), "cannot write .*drive.yaml: ")
+
+
 def test_a_fleet_with_a_drive_that_failed_says_so_by_page_summary_and_exit_code(bag, tmp_path):
     """One drive of the two is in the bag, so that the bag did not fail as a whole."""
     config = config_with(

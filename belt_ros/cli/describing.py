@@ -103,6 +103,7 @@ def init(
     with errors_in_one_line():
         from rich.console import Console
 
+        from belt_ros.appearing import appearing
         from belt_ros.parameter_table import SettingsError
         from belt_ros.starter import answers_from, drive_yaml
         from belt_ros.starter.asking import ask as questions
@@ -113,7 +114,8 @@ def init(
         answers = questions(given, Console(highlight=False)) if asking else answers_from(given)
         text = drive_yaml(answers)
         try:
-            out.write_text(text, encoding="utf-8")
+            with appearing(out) as part:
+                part.write_text(text, encoding="utf-8")
         except OSError as error:
             raise SettingsError(f"cannot write {out}: {error.strerror or error}") from error
     typer.echo(f"{out} written; see what it amounts to: belt check {out}")

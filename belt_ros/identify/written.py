@@ -5,6 +5,7 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import NamedTuple
 
+from belt_ros.appearing import appearing
 from belt_ros.identify.result import QUANTITIES, Identified, Interval
 from belt_ros.parameter_table import SettingsError
 from belt_ros.settings import (
@@ -72,7 +73,7 @@ def write_identified(
     settings: DriveSettings,
     drive: str = "",
 ) -> None:
-    """Write the YAML of `with_identified` to `out`, and read it back.
+    """Write the YAML of `with_identified` to `out`, once it has been read back.
 
     Raises
     ------
@@ -82,8 +83,9 @@ def write_identified(
         If `out` cannot be written.
     """
     text = with_identified(path, identified, settings, drive)
-    Path(out).write_text(text, encoding="utf-8")
-    load_settings(out, drive=drive)
+    with appearing(Path(out)) as part:
+        part.write_text(text, encoding="utf-8")
+        load_settings(part, drive=drive)
 
 
 def _remarks(identified: Identified) -> str:

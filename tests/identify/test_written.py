@@ -45,6 +45,20 @@ def test_only_what_the_data_tell_is_replaced_and_comments_stay(said, soft, tmp_p
     assert any("friction_coefficient" in line and "left as it was" in line for line in lines)
 
 
+def test_what_is_not_accepted_when_it_is_read_back_is_not_there(said, soft, tmp_path, monkeypatch):
+    def refuse(*_arguments, **_options):
+        raise SettingsError("no")
+
+    path, out = CONFIG / "demo_drive.yaml", tmp_path / "new" / "found.yaml"
+    with monkeypatch.context() as changed:
+        changed.setattr("belt_ros.identify.written.load_settings", refuse)
+        with pytest.raises(SettingsError):
+            write_identified(path, out, said, soft)
+    assert not out.exists()
+    write_identified(path, out, said, soft)
+    assert [found.name for found in out.parent.iterdir()] == ["found.yaml"]
+
+
 def test_a_drive_that_starts_from_it_believes_it(said, soft, tmp_path):
     write_identified(CONFIG / "demo_drive.yaml", tmp_path / "new.yaml", said, soft)
     again = load_settings(tmp_path / "new.yaml")

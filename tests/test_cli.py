@@ -303,6 +303,14 @@ def test_finite_elements_write_a_bag_that_replay_reads(tmp_path):
     assert result.exit_code == 0, result.output
 
 
+def test_finite_elements_are_not_simulated_for_a_bag_that_is_there(bag, tmp_path, monkeypatch):
+    monkeypatch.setattr("belt_ros.rig.simulate_finite_elements", None)  # it takes minutes
+    scenario = tmp_path / "scenario.yaml"
+    scenario.write_text("{duration: 60.0}")
+    words = ("--config", CONFIG, "--scenario", scenario, "--bag", bag, "--finite-elements")
+    assert_one_line(belt("rig", *words), "exists already; choose another name")
+
+
 def test_finite_elements_are_not_played_live(tmp_path):
     scenario = tmp_path / "scenario.yaml"
     scenario.write_text("{duration: 0.1}")

@@ -102,9 +102,10 @@ def _write_bag(
     bag: Path, config: Path, scenario: Path, drive: str, *, finite_elements: bool
 ) -> None:
     from belt_ros.rig import load_scenario, simulate, simulate_finite_elements
-    from belt_ros.rig.bag import write_bag
+    from belt_ros.rig.bag import refuse_existing, write_bag
     from belt_ros.settings import load_settings
 
+    refuse_existing(bag)  # before all is simulated
     settings = load_settings(config, drive=drive)
     script = load_scenario(scenario, settings)
     if finite_elements:

@@ -52,14 +52,15 @@ def write_bag(
     if truth_every < 1:
         raise ValueError(f"truth_every is {truth_every}; it must be at least 1")
     place = Path(path)
-    _refuse_existing(place)
+    refuse_existing(place)
     with appearing(place) as part:
         count = _write(part, drive_name, samples, truth_every)
-        _refuse_existing(place)
+        refuse_existing(place)
     return count
 
 
-def _refuse_existing(place: Path) -> None:
+def refuse_existing(place: Path) -> None:
+    """Raise `FileExistsError` if there is something where a bag is to be."""
     if place.exists():
         raise FileExistsError(f"{place} exists already; choose another name or remove it")
 

@@ -97,7 +97,7 @@ def _sections(document: Mapping[Any, Any], prefix: str = "") -> Iterator[tuple[s
 
 def names_belt_node(section: str) -> bool:
     """Whether a section of a ROS parameter file is for this package's node, or for every node."""
-    return section.rpartition("/")[2] in ("**", "belt_node")
+    return section.rpartition("/")[2] in ("**", "*", "belt_node")
 
 
 def _parameters(document: object) -> dict[str, object]:

@@ -33,7 +33,9 @@ def tension(file: Path, *sections: dict[str, object]) -> float:
     return load_settings(file).prior.tension
 
 
-@pytest.mark.parametrize("name", ["belt_node", "/belt_node", "/cell_3/belt_node", "/**/belt_node"])
+@pytest.mark.parametrize(
+    "name", ["belt_node", "/belt_node", "/cell_3/belt_node", "/**/belt_node", "/*"]
+)
 def test_parameters_of_the_node_go_before_those_of_every_node(file: Path, name: str) -> None:
     own = {name: {"ros__parameters": {"prior": {"tension": 777.0}}}}
     assert tension(file, {"/**": {"ros__parameters": drive()}}, own) == 777.0

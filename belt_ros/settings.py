@@ -222,10 +222,6 @@ def read_parameters(path: str | Path) -> dict[str, object]:
         raise SettingsError(f"{path} is larger than {_LARGEST_FILE} bytes")
     try:
         return _parameters(document)
-    except RecursionError as error:
-        raise SettingsError(
-            f"{path} refers to itself: write out what its anchor stands for"
-        ) from error
     except (SettingsError, OverflowError) as error:
         raise SettingsError(f"{path}: {error}") from error
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import yaml
 from yaml import YAMLError
+from yaml.events import AliasEvent
 from yaml.nodes import MappingNode, Node, ScalarNode
 
 __all__ = [
@@ -21,10 +22,23 @@ __all__ = [
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a key that stands twice in a mapping; the base class drops the first one's value."""
+    """Refuses what is given twice, of which the base class drops the first, and aliases.
+
+    ROS 2 takes no aliases (`*name`); a few lines of nested ones stand for more than memory holds.
+    """
+
+    def compose_node(self, parent: Node | None, index: Any) -> Node | None:
+        """Return what comes next, unless it is an alias."""
+        if self.check_event(AliasEvent):
+            event = self.peek_event()  # type: ignore[no-untyped-call]
+            line = event.start_mark.line + 1
+            raise YAMLError(
+                f"*{event.anchor} in line {line}: ROS 2 takes no aliases; write out what it means"
+            )
+        return super().compose_node(parent, index)
 
     def compose_mapping_node(self, anchor: Any) -> MappingNode:
-        """Return a mapping, before anchors are merged into it; these may be replaced."""
+        """Return a mapping, if no key stands twice in it."""
         node = super().compose_mapping_node(anchor)
         lines: dict[str, int] = {}
         for key, _ in node.value:
@@ -46,7 +60,7 @@ def yaml_content(text: str) -> object:
     Raises
     ------
     YAMLError
-        If it is no YAML, or a mapping has a key twice.
+        If it is no YAML, a mapping has a key twice, or an alias is used.
     ValueError, OverflowError, RecursionError
         For values that cannot be, such as dates that do not exist.
     """

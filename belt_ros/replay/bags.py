@@ -40,7 +40,8 @@ def find_bags(given: Iterable[str | Path], *, tell: Tell | None = None) -> list[
     told = tell or (lambda _line: None)
     found = chain.from_iterable(_meant(str(each), told) for each in given)
     unique = {path.resolve(): path for path in found}
-    return list(unique.values())
+    # Files of a bag that is meant as a whole: a pattern may match both.
+    return [path for place, path in unique.items() if place.parent not in unique]
 
 
 def result_names(bags: Sequence[Path]) -> list[str]:

@@ -42,6 +42,11 @@ def test_of_what_a_pattern_matches_only_bags_are_meant_and_the_rest_is_told(tmp_
     assert len(told) == 1
 
 
+def test_a_pattern_that_matches_a_bag_and_its_files_means_the_bag(tmp_path: Path) -> None:
+    found = pile(tmp_path)
+    assert find_bags([f"{tmp_path}/**/*", f"{tmp_path}/a/*.mcap"], tell=lambda _: None) == found
+
+
 def test_many_that_are_no_bags_are_told_in_short(tmp_path: Path) -> None:
     pile(tmp_path)
     for number in range(20):

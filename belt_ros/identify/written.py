@@ -46,7 +46,7 @@ def with_identified(
     Raises
     ------
     SettingsError
-        If the file cannot be read, or is written so that it cannot be edited, as with anchors.
+        If the file cannot be read, or is written so that it cannot be edited.
     """
     path = Path(path)
     before = read_parameters(path)
@@ -171,6 +171,6 @@ def _check(edited: str, wanted: dict[str, object], path: Path) -> None:
         copy.write_text(edited, encoding="utf-8")
         if read_parameters(copy) != wanted:
             raise SettingsError(
-                f"{path} cannot be edited as it is written (anchors, for example); put the "
-                "values of the report into it by hand"
+                f"{path} cannot be edited as it is written; put the values of the "
+                "report into it by hand"
             )

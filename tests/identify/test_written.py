@@ -118,5 +118,5 @@ def test_a_file_with_anchors_is_refused_rather_than_broken(said, soft, tmp_path)
         "driven: *pulley\n"
         "span_length: 0.5105\n"
     )
-    with pytest.raises(SettingsError, match="pulley in line 3: .*write out what it means"):
+    with pytest.raises(SettingsError, match=r"pulley in line 3: .*write out what it means"):
         with_identified(path, said, soft)

@@ -184,7 +184,8 @@ def propagate_each(c: DriveConstants, states: _Floats, dt: float) -> None:
     """Advance what moves in rows of states by `dt` [s]: `motion.step_at_speed` for each.
 
     The belt's inertia is taken at the first row's speed. Each row is solved from the solution of
-    the first; where only the motion differs, that is mostly a step without another evaluation.
+    the first; where only the motion differs, that is mostly a step without another evaluation, or
+    a cubic through that solution and another one of the same belt.
     """
     base = _row(states, 0)
     speed = abs(c.driver_radius * base.motion.driver_speed)
@@ -193,7 +194,8 @@ def propagate_each(c: DriveConstants, states: _Floats, dt: float) -> None:
     forward = first_step.along >= 0.0
     first_belt = belt_in(c, first_condition, speed, forward)
     first = loaded_near_pull(c, first_belt, abs(base.motion.pull), UNKNOWN)
-    first_pull, first = stepped_pull(c, first_belt, first_step, first)
+    first_pull, first = stepped_pull(c, first_belt, first_step, first, first)
+    beside = first
     for i in range(states.shape[0]):
         row = _row(states, i)
         motion, same_belt = row.motion, _same_belt(row, base)
@@ -201,13 +203,15 @@ def propagate_each(c: DriveConstants, states: _Floats, dt: float) -> None:
         step = step_equation(c, law, motion, condition)
         alike = (step.along >= 0.0) == forward
         if alike and same_belt:
-            pull, _ = stepped_pull(c, first_belt, step, first)
+            pull, last = stepped_pull(c, first_belt, step, first, beside)
+            if last.traction != first.traction:
+                beside = last
         else:
             belt = belt_in(c, condition, speed, step.along >= 0.0)
             near = near_on(belt, first_belt, first.near) if alike else UNKNOWN
             guess = first_pull + (abs(step.along) - abs(first_step.along)) / step.stiff
             start = loaded_near_pull(c, belt, guess, near)
-            pull, _ = stepped_pull(c, belt, step, start)
+            pull, _ = stepped_pull(c, belt, step, start, start)
         moved = stepped_motion(c, law, motion, condition, step, pull)
         states[i, 0] = moved.driver_speed
         states[i, 1] = moved.driven_speed

@@ -14,9 +14,11 @@ part company), standstill (no creep) and reversal of torque and of rotation, in 
 inertia is taken at the driver's rim speed.
 """
 
+import math
 from typing import NamedTuple
 
 from belt_ros.mechanics._compile import compiled, inlined
+from belt_ros.mechanics.between import pull_between
 from belt_ros.mechanics.constants import DriveConstants
 from belt_ros.mechanics.creep import Creep, balance, creep_of, pull_capacity
 from belt_ros.mechanics.loaded_belt import (
@@ -188,15 +190,22 @@ def step_equation(c: DriveConstants, law: StepLaw, state: Motion, condition: Con
 
 @inlined
 def stepped_pull(
-    c: DriveConstants, belt: MountedBelt, step: Step, start: Loaded
+    c: DriveConstants, belt: MountedBelt, step: Step, start: Loaded, beside: Loaded
 ) -> tuple[float, Loaded]:
-    """Size [N] of the pull after a step, and the last state evaluated, from a state near by."""
+    """Size [N] of the pull after a step, and the last state evaluated, from a state near by.
+
+    `beside` is another state of the same belt, or again `start`, where none is known.
+    """
     along = abs(step.along)
     if not (belt.grips and along > 0.0):
         return 0.0, start
     if step.relaxation <= 1e-12:
         return min(along / step.stiff, _BELOW_CAPACITY * capacity_of(c, belt, start.near)), start
-    return balance(c, belt, step.stiff / step.relaxation, along / step.relaxation, start)
+    weight, load = step.stiff / step.relaxation, along / step.relaxation
+    pull = pull_between(c, belt, weight, load, start, beside)
+    if not math.isnan(pull):
+        return pull, start
+    return balance(c, belt, weight, load, start)
 
 
 @inlined
@@ -232,5 +241,5 @@ def step_at_speed(
     step = step_equation(c, law, state, condition)
     belt = belt_in(c, condition, belt_speed, step.along >= 0.0)
     start = loaded_near_pull(c, belt, abs(state.pull), UNKNOWN)
-    pull, _ = stepped_pull(c, belt, step, start)
+    pull, _ = stepped_pull(c, belt, step, start, start)
     return stepped_motion(c, law, state, condition, step, pull)
